@@ -1,0 +1,2 @@
+//! The `encoring` command.
+fn main() {}

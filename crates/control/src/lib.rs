@@ -1,0 +1,1 @@
+//! A simulated ring told what to do by JSON lines over TCP.

@@ -1,0 +1,22 @@
+//! An encoder as a device: 32 bits in, 32 bits out, one call an exchange.
+//!
+//! [`Encoder`] is told the time, the state of its [`Terminals`] and the OUT word, and is lent its memory; it answers
+//! with the IN word. It has no clock, no storage and no chance of its own, so the same calls give the same words.
+//! It knows nothing of the ring that carries them. Supply is the caller's affair: an encoder that is off is no
+//! `Encoder`.
+//!
+//! Calling order: [`records::format`] once for a new device, [`Encoder::power_up`], then [`Encoder::exchange`] and
+//! [`Encoder::ssi_clock`] with times that never run backwards, at last [`Encoder::power_off`].
+#![no_std]
+
+pub mod encoder;
+pub mod handshake;
+pub mod parameters;
+pub mod position;
+pub mod preset_input;
+pub mod records;
+pub mod ssi_output;
+pub mod unit;
+
+pub use encoder::{Encoder, Magnet, Terminals};
+pub use unit::{ServiceTimes, Unit, UnitError, Week, ZeroLoss};

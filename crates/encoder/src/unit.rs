@@ -1,0 +1,257 @@
+//! What an encoder is from the day it was built.
+
+use core::fmt;
+use core::str::FromStr;
+
+use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor};
+use encoring_words::{Access, Duration, Model, Service};
+
+/// A calendar week, as firmware is dated [R117].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Week {
+    year: u16,
+    week: u8,
+}
+
+/// A text that is no week of the form `41/1997`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotAWeek;
+
+impl fmt::Display for NotAWeek {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a firmware week is written WW/YYYY, from 1/1990 to 53/2099, like 41/1997")
+    }
+}
+
+impl core::error::Error for NotAWeek {}
+
+impl Week {
+    /// The first firmware with the AK-40 format [R117, R118].
+    pub const AK40: Self = Self { year: 1997, week: 41 };
+
+    /// A week of a year.
+    ///
+    /// # Errors
+    /// [`NotAWeek`] outside weeks 1..=53 and years 1990..=2099.
+    pub const fn new(week: u8, year: u16) -> Result<Self, NotAWeek> {
+        if week == 0 || week > 53 || year < 1990 || year > 2099 {
+            Err(NotAWeek)
+        } else {
+            Ok(Self { year, week })
+        }
+    }
+}
+
+impl fmt::Display for Week {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.week, self.year)
+    }
+}
+
+impl FromStr for Week {
+    type Err = NotAWeek;
+
+    fn from_str(text: &str) -> Result<Self, NotAWeek> {
+        let (week, year) = text.split_once('/').ok_or(NotAWeek)?;
+        let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+        if !digits(week) || !digits(year) {
+            return Err(NotAWeek);
+        }
+        Self::new(week.parse().map_err(|_| NotAWeek)?, year.parse().map_err(|_| NotAWeek)?)
+    }
+}
+
+/// How long each kind of service takes from the request to its completion. No manual gives figures; the defaults
+/// are this project's choice. 0 makes the reply appear in the exchange of the request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ServiceTimes {
+    /// Reading a parameter, and every other read but the data check.
+    pub read: Duration,
+    /// Writing a parameter, and every other write but the preset adjustment.
+    pub write: Duration,
+    /// Service 08.
+    pub data_check: Duration,
+    /// Service 06.
+    pub preset_adjustment: Duration,
+}
+
+impl ServiceTimes {
+    /// Every reply in the exchange of its request.
+    pub const ZERO: Self = Self {
+        read: Duration::ZERO,
+        write: Duration::ZERO,
+        data_check: Duration::ZERO,
+        preset_adjustment: Duration::ZERO,
+    };
+
+    /// The time of one request; `None` stands for a service number that no manual lists.
+    #[must_use]
+    pub const fn of(&self, service: Option<Service>, access: Access) -> Duration {
+        match (service, access) {
+            (Some(Service::DataCheck), Access::Read) => self.data_check,
+            (Some(Service::PresetAdjustment), Access::Write) => self.preset_adjustment,
+            (_, Access::Read) => self.read,
+            (_, Access::Write) => self.write,
+        }
+    }
+}
+
+impl Default for ServiceTimes {
+    fn default() -> Self {
+        Self {
+            read: Duration::ZERO,
+            write: Duration::from_millis(10),
+            data_check: Duration::from_millis(20),
+            preset_adjustment: Duration::from_millis(10),
+        }
+    }
+}
+
+/// Where a shaft is taken to be after it moved without supply [R63].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ZeroLoss {
+    /// Right up to 2048 turns, the best that 4096 turns of sensor allow.
+    #[default]
+    Nearest,
+    /// The worst that the manual allows: beyond 512 turns a further 4096 turns off, against the travel.
+    WorstAllowed,
+}
+
+/// What does not fit together in a [`Unit`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnitError {
+    /// The model is not built with so many steps per turn.
+    StepsPerTurn {
+        /// The model.
+        model: Model,
+        /// What was asked for.
+        steps_per_turn: u32,
+    },
+    /// A rod was asked to turn or a shaft to have a length.
+    WrongSensor {
+        /// The model.
+        model: Model,
+    },
+    /// The rod is too short or too long.
+    RodLength {
+        /// What was asked for, in micrometres.
+        rod_um: u32,
+    },
+}
+
+impl fmt::Display for UnitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepsPerTurn { model: Model::Ce65M, steps_per_turn } => {
+                write!(f, "{steps_per_turn} steps per turn; a ce-65-m has 4096 or 8192")
+            }
+            Self::StepsPerTurn { model, steps_per_turn } => {
+                write!(f, "{steps_per_turn} steps per turn; a {model} has 4096")
+            }
+            Self::WrongSensor { model: Model::La66 } => {
+                f.write_str("a la-66 has a rod length, no steps per turn")
+            }
+            Self::WrongSensor { model } => write!(f, "a {model} has steps per turn, no rod length"),
+            Self::RodLength { rod_um } => {
+                write!(f, "a rod of {rod_um} um; the limits are {ROD_UM_MIN} um and {ROD_UM_MAX} um")
+            }
+        }
+    }
+}
+
+impl core::error::Error for UnitError {}
+
+/// One encoder as delivered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unit {
+    model: Model,
+    sensor: Sensor,
+    /// Week of its firmware; what the AK-40 format depends on.
+    pub firmware: Week,
+    /// Its service times.
+    pub service_times: ServiceTimes,
+    /// What it makes of a shaft that moved without supply.
+    pub zero_loss: ZeroLoss,
+}
+
+impl Unit {
+    /// An encoder with present-day firmware and default service times.
+    ///
+    /// # Errors
+    /// [`UnitError`] if the sensor does not belong to the model.
+    pub const fn new(model: Model, sensor: Sensor) -> Result<Self, UnitError> {
+        match (model, sensor) {
+            (Model::La66, Sensor::Linear { rod_um }) => {
+                if rod_um < ROD_UM_MIN || rod_um > ROD_UM_MAX {
+                    return Err(UnitError::RodLength { rod_um });
+                }
+            }
+            (Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 | 8192 })
+            | (Model::Ce100M, Sensor::Rotary { steps_per_turn: 4096 }) => {}
+            (Model::Ce65M | Model::Ce100M, Sensor::Rotary { steps_per_turn }) => {
+                return Err(UnitError::StepsPerTurn { model, steps_per_turn });
+            }
+            _ => return Err(UnitError::WrongSensor { model }),
+        }
+        Ok(Self {
+            model,
+            sensor,
+            firmware: Week::AK40,
+            service_times: ServiceTimes {
+                read: Duration::ZERO,
+                write: Duration::from_millis(10),
+                data_check: Duration::from_millis(20),
+                preset_adjustment: Duration::from_millis(10),
+            },
+            zero_loss: ZeroLoss::Nearest,
+        })
+    }
+
+    /// Its model.
+    #[must_use]
+    pub const fn model(&self) -> Model {
+        self.model
+    }
+
+    /// What it measures with.
+    #[must_use]
+    pub const fn sensor(&self) -> Sensor {
+        self.sensor
+    }
+
+    /// `true` if 31 data bits mean the AK-40 format [R117].
+    #[must_use]
+    pub fn knows_ak40(&self) -> bool {
+        self.firmware >= Week::AK40
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn a_sensor_must_belong_to_its_model() {
+        let rotary = |steps_per_turn| Sensor::Rotary { steps_per_turn };
+        let rod = |rod_um| Sensor::Linear { rod_um };
+        assert!(Unit::new(Model::Ce65M, rotary(8192)).is_ok());
+        assert!(Unit::new(Model::Ce100M, rotary(4096)).is_ok());
+        assert!(Unit::new(Model::La66, rod(500_000)).is_ok());
+        let text = |model, sensor| Unit::new(model, sensor).unwrap_err().to_string();
+        assert_eq!(text(Model::Ce100M, rotary(8192)), "8192 steps per turn; a ce-100-m has 4096");
+        assert_eq!(text(Model::La66, rotary(4096)), "a la-66 has a rod length, no steps per turn");
+        assert_eq!(text(Model::La66, rod(9)), "a rod of 9 um; the limits are 10 um and 167772150 um");
+    }
+
+    #[test]
+    fn firmware_weeks_have_an_order() {
+        assert_eq!("41/1997".parse(), Ok(Week::AK40));
+        assert!("40/1997".parse::<Week>().unwrap() < Week::AK40);
+        assert!("1/1998".parse::<Week>().unwrap() > Week::AK40);
+        for wrong in ["", "41", "41/97", "0/1997", "54/1997", "41/2100", "+1/1997", "41/1997/1"] {
+            assert_eq!(wrong.parse::<Week>(), Err(NotAWeek), "{wrong}");
+        }
+    }
+}

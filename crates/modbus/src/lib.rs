@@ -1,0 +1,1 @@
+//! The process image of a station as a Modbus TCP server.

@@ -1,0 +1,67 @@
+//! How long a data cycle takes: `(13 * (6 + n) + 1.5 * m) * t_bit + t_sw + t_ph`.
+
+use encoring_words::Duration;
+
+use crate::profile::{BIT_500K, CABLE_NS_PER_M, ENCODER_BYTES, FRAME_BYTES, MASTER_SOFTWARE, TELEGRAM_BITS};
+
+/// What the cycle time depends on beside the devices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CycleTime {
+    /// One line bit: 2 us at 500 kbit/s, 0.5 us at 2 Mbit/s.
+    pub bit: Duration,
+    /// The master's software time; 0.2 ms unless its manual says otherwise.
+    pub software: Duration,
+    /// Length of the remote bus cable in metres, up to 12 800.
+    pub cable_m: u32,
+}
+
+impl Default for CycleTime {
+    fn default() -> Self {
+        Self { bit: BIT_500K, software: MASTER_SOFTWARE, cable_m: 0 }
+    }
+}
+
+impl CycleTime {
+    /// The cycle of a ring with `devices` remote bus devices that hold `bytes` bytes of user data together.
+    #[must_use]
+    pub const fn of(&self, bytes: u32, devices: u32) -> Duration {
+        // 1.5 bits a device, so the sum is kept in half bits.
+        let half_bits = 2 * TELEGRAM_BITS * (FRAME_BYTES + bytes as u64) + 3 * devices as u64;
+        let line = half_bits.saturating_mul(self.bit.as_nanos()) / 2;
+        let cable = CABLE_NS_PER_M * self.cable_m as u64;
+        Duration::from_nanos(line.saturating_add(self.software.as_nanos()).saturating_add(cable))
+    }
+
+    /// The cycle of a ring that holds nothing but `encoders` encoders.
+    #[must_use]
+    pub const fn of_encoders(&self, encoders: u32) -> Duration {
+        self.of(encoders.saturating_mul(ENCODER_BYTES as u32), encoders)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::profile::BIT_2M;
+
+    #[test]
+    fn the_worked_cycles() {
+        let slow = CycleTime::default();
+        assert_eq!(slow.of(4, 1), Duration::from_micros(463));
+        assert_eq!(slow.of(8, 2), Duration::from_micros(570));
+        assert_eq!(slow.of(12, 3), Duration::from_micros(677));
+        assert_eq!(slow.of(40, 10), Duration::from_micros(1_426));
+        assert_eq!(slow.of(512, 128), Duration::from_micros(14_052));
+        assert_eq!(CycleTime { cable_m: 1_000, ..slow }.of(40, 10), Duration::from_micros(1_442));
+        let fast = CycleTime { bit: BIT_2M, ..slow };
+        assert_eq!(fast.of(4, 1), Duration::from_nanos(265_750));
+        assert_eq!(slow.of_encoders(3), slow.of(12, 3));
+    }
+
+    #[test]
+    fn thirteen_bits_a_byte_are_the_manuals_300_kbaud_net() {
+        assert_eq!(500 * 8 / TELEGRAM_BITS, 307);
+        let one = CycleTime { software: Duration::ZERO, ..CycleTime::default() };
+        assert_eq!(one.of_encoders(1), Duration::from_micros(263));
+    }
+}

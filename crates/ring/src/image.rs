@@ -1,0 +1,138 @@
+//! The process image: what the controller writes to and reads from the devices of its ring [R3, R5].
+
+use encoring_words::{InWord, OutWord};
+
+/// The most encoders on one ring: 4096 I/O points of the controller, 32 of them an encoder.
+pub const ENCODERS_MAX: usize = 128;
+
+/// A ring was to hold more encoders than its controller has I/O points for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{encoders} encoders on one ring; the limit is {ENCODERS_MAX}")]
+pub struct TooManyEncoders {
+    /// How many were asked for.
+    pub encoders: usize,
+}
+
+/// One of the two 16-bit words of an encoder, by the manuals' relative word address [R5].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Half {
+    /// Relative word address "1": bits 31..16.
+    High,
+    /// Relative word address "2": bits 15..0.
+    Low,
+}
+
+/// The words of every encoder of a ring, by ring position.
+///
+/// The ring moves an encoder's 32 bits in one piece; a controller that writes the halves in two steps may have a
+/// cycle run between them [C15], and nothing here hides that.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ProcessImage {
+    encoders: usize,
+    out: [OutWord; ENCODERS_MAX],
+    input: [InWord; ENCODERS_MAX],
+}
+
+impl ProcessImage {
+    /// An image of zeros for this many encoders.
+    ///
+    /// # Errors
+    /// [`TooManyEncoders`] above [`ENCODERS_MAX`].
+    pub const fn new(encoders: usize) -> Result<Self, TooManyEncoders> {
+        if encoders > ENCODERS_MAX {
+            return Err(TooManyEncoders { encoders });
+        }
+        Ok(Self { encoders, out: [OutWord(0); ENCODERS_MAX], input: [InWord(0); ENCODERS_MAX] })
+    }
+
+    /// How many encoders the ring holds.
+    #[must_use]
+    pub const fn encoders(&self) -> usize {
+        self.encoders
+    }
+
+    /// The OUT words, by position.
+    #[must_use]
+    pub fn out(&self) -> &[OutWord] {
+        self.out.get(..self.encoders).unwrap_or_default()
+    }
+
+    /// The OUT words, to be changed.
+    pub fn out_mut(&mut self) -> &mut [OutWord] {
+        self.out.get_mut(..self.encoders).unwrap_or_default()
+    }
+
+    /// The IN words, by position.
+    #[must_use]
+    pub fn input(&self) -> &[InWord] {
+        self.input.get(..self.encoders).unwrap_or_default()
+    }
+
+    /// The IN words, to be changed by whoever cycles the ring.
+    pub fn input_mut(&mut self) -> &mut [InWord] {
+        self.input.get_mut(..self.encoders).unwrap_or_default()
+    }
+
+    /// One half of an OUT word; `None` past the last encoder.
+    #[must_use]
+    pub fn out_half(&self, position: usize, half: Half) -> Option<u16> {
+        let word = self.out().get(position)?;
+        Some(match half {
+            Half::High => word.high(),
+            Half::Low => word.low(),
+        })
+    }
+
+    /// One half of an IN word; `None` past the last encoder.
+    #[must_use]
+    pub fn input_half(&self, position: usize, half: Half) -> Option<u16> {
+        let word = self.input().get(position)?;
+        Some(match half {
+            Half::High => word.high(),
+            Half::Low => word.low(),
+        })
+    }
+
+    /// Replaces one half of an OUT word and leaves the other as it is. Past the last encoder nothing happens and
+    /// `false` comes back.
+    pub fn set_out_half(&mut self, position: usize, half: Half, value: u16) -> bool {
+        let Some(word) = self.out_mut().get_mut(position) else { return false };
+        *word = match half {
+            Half::High => OutWord::from_halves(value, word.low()),
+            Half::Low => OutWord::from_halves(word.high(), value),
+        };
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_encoder_has_two_words_each_way_and_the_next_one_follows() {
+        let mut image = ProcessImage::new(3).unwrap();
+        assert!(image.set_out_half(1, Half::High, 0xC200));
+        assert!(image.set_out_half(1, Half::Low, 0x270F));
+        assert_eq!(image.out(), [OutWord(0), OutWord(0xC200_270F), OutWord(0)]);
+        assert_eq!(image.out_half(1, Half::High), Some(0xC200));
+        assert_eq!(image.out_half(1, Half::Low), Some(0x270F));
+    }
+
+    #[test]
+    fn past_the_last_encoder_there_is_nothing() {
+        let mut image = ProcessImage::new(2).unwrap();
+        assert!(!image.set_out_half(2, Half::High, 1));
+        assert_eq!(image.out_half(2, Half::Low), None);
+        assert_eq!(image.input_half(2, Half::Low), None);
+        assert_eq!(ProcessImage::new(129), Err(TooManyEncoders { encoders: 129 }));
+    }
+
+    #[test]
+    fn half_a_word_leaves_the_other_half_torn_as_on_a_plc() {
+        let mut image = ProcessImage::new(1).unwrap();
+        image.out_mut()[0] = OutWord(0x0000_FFFF);
+        image.set_out_half(0, Half::High, 0xC200);
+        assert_eq!(image.out()[0], OutWord(0xC200_FFFF));
+    }
+}

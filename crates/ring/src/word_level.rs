@@ -1,0 +1,206 @@
+//! The data cycle at word level: all words move at once, and a fault is a verdict on the cycle.
+
+use encoring_words::{InWord, Instant, OutWord};
+
+use crate::image::{ENCODERS_MAX, ProcessImage};
+use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER};
+
+/// How a data cycle went. Segment k leads into the device at position k; the one after the last device leads back
+/// to the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Every check word was right.
+    Good,
+    /// The first bad check word was on this segment: devices before it have taken their data, the others keep
+    /// their old, the master takes none.
+    Bad {
+        /// 0..=encoders.
+        segment: usize,
+    },
+    /// From this segment on the line is silent. The loopback word never comes home, so no check phase follows and
+    /// no device takes anything.
+    Silent {
+        /// 0..=encoders.
+        segment: usize,
+    },
+}
+
+/// What each device has taken from the ring, and when it last heard of it.
+#[derive(Clone, Debug)]
+pub struct WordRing {
+    devices: [Device; ENCODERS_MAX],
+    /// End of the last cycle.
+    ended: Instant,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Device {
+    taken: OutWord,
+    line: Line,
+    /// End of the last data cycle that it took.
+    cycled: Option<Instant>,
+}
+
+/// What a device's incoming segment carries. Status telegrams fill the pauses between cycles, so a line that is
+/// not silent in a cycle has not been silent since the one before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Line {
+    #[default]
+    NeverHeard,
+    Alive,
+    SilentSince(Instant),
+}
+
+impl Default for WordRing {
+    fn default() -> Self {
+        Self { devices: [Device::default(); ENCODERS_MAX], ended: Instant::ZERO }
+    }
+}
+
+impl WordRing {
+    /// Runs one data cycle that ends at `now`. `answers` are the IN words that the devices loaded when it started,
+    /// one for each encoder of the image.
+    ///
+    /// A reply to the OUT word of this cycle is therefore seen by the master after the next one at the earliest.
+    pub fn cycle(&mut self, now: Instant, image: &mut ProcessImage, answers: &[InWord], verdict: Verdict) {
+        let encoders = image.encoders();
+        let (taking, hearing) = match verdict {
+            Verdict::Good => (encoders, encoders),
+            Verdict::Bad { segment } => (segment, encoders),
+            Verdict::Silent { segment } => (0, segment),
+        };
+        for (position, (device, out)) in self.devices.iter_mut().zip(image.out()).enumerate() {
+            if device.is_reset(now) {
+                device.taken = OutWord(0);
+            }
+            if position < hearing {
+                device.line = Line::Alive;
+            } else if device.line == Line::Alive {
+                device.line = Line::SilentSince(self.ended);
+            }
+            if position < taking {
+                device.taken = *out;
+                device.cycled = Some(now);
+            }
+        }
+        if verdict == Verdict::Good {
+            for (shown, answer) in image.input_mut().iter_mut().zip(answers) {
+                *shown = *answer;
+            }
+        }
+        self.ended = now;
+    }
+
+    /// The OUT word that the device at `position` holds at `now`: the last one taken, 0 before the first and after
+    /// 25 ms of silence.
+    #[must_use]
+    pub fn out_word(&self, position: usize, now: Instant) -> OutWord {
+        match self.devices.get(position) {
+            Some(device) if !device.is_reset(now) => device.taken,
+            _ => OutWord(0),
+        }
+    }
+
+    /// The lamp BA of the device at `position`: a data cycle was taken in the last 640 ms [R139].
+    #[must_use]
+    pub fn bus_active(&self, position: usize, now: Instant) -> bool {
+        self.devices
+            .get(position)
+            .and_then(|device| device.cycled)
+            .is_some_and(|at| now.since(at) <= BUS_ACTIVE_FOR)
+    }
+
+    /// The lamp RC of the device at `position`: its incoming bus is connected and not in reset [R139].
+    #[must_use]
+    pub fn incoming_connected(&self, position: usize, now: Instant) -> bool {
+        self.devices.get(position).is_some_and(|device| !device.is_reset(now))
+    }
+
+    /// A device that lost its supply has forgotten what it took.
+    pub fn power_off(&mut self, position: usize) {
+        if let Some(device) = self.devices.get_mut(position) {
+            *device = Device::default();
+        }
+    }
+}
+
+impl Device {
+    fn is_reset(&self, now: Instant) -> bool {
+        match self.line {
+            Line::NeverHeard => true,
+            Line::Alive => false,
+            Line::SilentSince(at) => now.since(at) > RESET_AFTER,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use encoring_words::Duration;
+    use std::vec::Vec;
+
+    const MS: u64 = 1_000_000;
+
+    fn ring_of(encoders: usize) -> (WordRing, ProcessImage, Vec<InWord>) {
+        let mut image = ProcessImage::new(encoders).unwrap();
+        for (k, out) in image.out_mut().iter_mut().enumerate() {
+            *out = OutWord(0x100 + k as u32);
+        }
+        (WordRing::default(), image, (0..encoders).map(|k| InWord(0x200 + k as u32)).collect())
+    }
+
+    fn taken(ring: &WordRing, encoders: usize, now: Instant) -> Vec<u32> {
+        (0..encoders).map(|k| ring.out_word(k, now).0).collect()
+    }
+
+    #[test]
+    fn a_good_cycle_moves_every_word_once() {
+        let (mut ring, mut image, answers) = ring_of(3);
+        ring.cycle(Instant(MS), &mut image, &answers, Verdict::Good);
+        assert_eq!(taken(&ring, 3, Instant(MS)), [0x100, 0x101, 0x102]);
+        assert_eq!(image.input(), [InWord(0x200), InWord(0x201), InWord(0x202)]);
+    }
+
+    #[test]
+    fn after_a_bad_segment_devices_keep_their_old_word_and_the_master_takes_none() {
+        for segment in 0..=3 {
+            let (mut ring, mut image, answers) = ring_of(3);
+            ring.cycle(Instant(MS), &mut image, &answers, Verdict::Bad { segment });
+            let expected: Vec<u32> = (0..3).map(|k| if k < segment { 0x100 + k as u32 } else { 0 }).collect();
+            assert_eq!(taken(&ring, 3, Instant(MS)), expected);
+            assert_eq!(image.input(), [InWord(0); 3]);
+        }
+    }
+
+    #[test]
+    fn silence_resets_the_devices_behind_it_after_25_ms_and_the_others_never() {
+        let (mut ring, mut image, answers) = ring_of(3);
+        ring.cycle(Instant(0), &mut image, &answers, Verdict::Good);
+        image.out_mut().fill(OutWord(7));
+        for ms in 1..=25 {
+            ring.cycle(Instant(ms * MS), &mut image, &answers, Verdict::Silent { segment: 1 });
+            assert_eq!(taken(&ring, 3, Instant(ms * MS)), [0x100, 0x101, 0x102]);
+        }
+        ring.cycle(Instant(26 * MS), &mut image, &answers, Verdict::Silent { segment: 1 });
+        assert_eq!(taken(&ring, 3, Instant(26 * MS)), [0x100, 0, 0]);
+        assert!(ring.incoming_connected(0, Instant(26 * MS)));
+        assert!(!ring.incoming_connected(1, Instant(26 * MS)));
+        // Back again: nothing of the time before the reset comes up.
+        ring.cycle(Instant(27 * MS), &mut image, &answers, Verdict::Bad { segment: 0 });
+        assert_eq!(taken(&ring, 3, Instant(27 * MS)), [0x100, 0, 0]);
+        ring.cycle(Instant(28 * MS), &mut image, &answers, Verdict::Good);
+        assert_eq!(taken(&ring, 3, Instant(28 * MS)), [7, 7, 7]);
+    }
+
+    #[test]
+    fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
+        let (mut ring, mut image, answers) = ring_of(1);
+        assert!(!ring.bus_active(0, Instant(0)));
+        ring.cycle(Instant(0), &mut image, &answers, Verdict::Good);
+        ring.cycle(Instant(600 * MS), &mut image, &answers, Verdict::Bad { segment: 0 });
+        assert!(ring.bus_active(0, Instant(640 * MS)));
+        assert!(!ring.bus_active(0, Instant(640 * MS) + Duration::from_nanos(1)));
+    }
+}

@@ -1,0 +1,11 @@
+//! Worlds in virtual time: encoders with memories that can fail, on a ring, moved by a scenario.
+//!
+//! Nothing here reads a clock, starts a thread or opens a socket, and all chance comes from the scenario's seed:
+//! the same scenario and the same OUT words give the same words, to the bit.
+
+pub mod memory;
+pub mod node;
+pub mod replay;
+
+pub use memory::{CellFault, Eeprom};
+pub use node::{Node, Surroundings};

@@ -1,0 +1,265 @@
+//! The columns: their names, what their cells may hold, and how a row is read from and written to them.
+
+use std::fmt;
+use std::io::{self, Write};
+
+/// One row: an exchange with one encoder, and its surroundings since that encoder's previous one.
+///
+/// The default is what stands for missing columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// The line of the file, from 1. Not written.
+    pub line: u64,
+    /// The encoder's ring position; none without the column.
+    pub position: Option<u8>,
+    /// Nanoseconds since the start.
+    pub time_ns: u64,
+    /// The OUT word.
+    pub out: u32,
+    /// The shaft in sensor steps, or the magnet in micrometres.
+    pub raw: i64,
+    /// Both preset inputs in millivolts.
+    pub preset_mv: [u32; 2],
+    /// The supply in millivolts.
+    pub supply_mv: u32,
+    /// Whether the magnet is on the rod.
+    pub magnet: bool,
+    /// The IN word; none if the row does not say.
+    pub input: Option<Input>,
+}
+
+impl Default for Row {
+    fn default() -> Self {
+        Self {
+            line: 0,
+            position: None,
+            time_ns: 0,
+            out: 0,
+            raw: 0,
+            preset_mv: [0, 0],
+            supply_mv: 24_000,
+            magnet: true,
+            input: None,
+        }
+    }
+}
+
+/// What comes back from the encoder. Displayed as in a cell: 8 hex digits or `off`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// The IN word.
+    Word(u32),
+    /// The supply is too low: nothing comes back.
+    Off,
+}
+
+impl fmt::Display for Input {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Word(word) => write!(f, "{word:08X}"),
+            Self::Off => f.write_str("off"),
+        }
+    }
+}
+
+const MOST_RAW: i64 = 1 << 62;
+const MOST_MILLIVOLTS: u32 = 1_000_000;
+const MOST_POSITION: u8 = 127;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    Time,
+    Position,
+    Out,
+    Raw,
+    Preset1,
+    Preset2,
+    Supply,
+    Magnet,
+    In,
+}
+
+use Column::{In, Magnet, Out, Position, Preset1, Preset2, Raw, Supply, Time};
+
+impl Column {
+    /// Every column, in the order in which a recording is written.
+    pub(crate) const RECORDING: [Self; 9] = [Time, Position, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
+    /// The order in which a trace of one encoder is written.
+    pub(crate) const TRACE: [Self; 8] = [Time, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
+
+    pub(crate) fn named(name: &[u8]) -> Option<Self> {
+        Self::RECORDING.into_iter().find(|column| column.name().as_bytes() == name)
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Time => "time_us",
+            Position => "position",
+            Out => "out",
+            Raw => "raw",
+            Preset1 => "preset1_v",
+            Preset2 => "preset2_v",
+            Supply => "supply_v",
+            Magnet => "magnet",
+            In => "in",
+        }
+    }
+
+    /// What a cell may hold, to follow "is not".
+    pub(crate) fn allowed(self) -> &'static str {
+        match self {
+            Time => "a time from 0 to 18446744073709551.615 with at most three decimals",
+            Position => "a whole number from 0 to 127",
+            Out => "8 hex digits",
+            Raw => "a whole number from -4611686018427387904 to 4611686018427387904",
+            Preset1 | Preset2 | Supply => "a voltage from 0 to 1000 with at most three decimals",
+            Magnet => "0 or 1",
+            In => "8 hex digits, off or empty",
+        }
+    }
+
+    /// Puts the cell into the row; none if the cell is not [allowed](Self::allowed).
+    pub(crate) fn read(self, cell: &[u8], row: &mut Row) -> Option<()> {
+        match self {
+            Time => row.time_ns = thousandths(cell)?,
+            Position => row.position = Some(position(cell)?),
+            Out => row.out = word(cell)?,
+            Raw => row.raw = whole(cell)?,
+            Preset1 => row.preset_mv = [millivolts(cell)?, row.preset_mv[1]],
+            Preset2 => row.preset_mv = [row.preset_mv[0], millivolts(cell)?],
+            Supply => row.supply_mv = millivolts(cell)?,
+            Magnet => {
+                row.magnet = match cell {
+                    b"0" => false,
+                    b"1" => true,
+                    _ => return None,
+                }
+            }
+            In => {
+                row.input = match cell {
+                    b"" => None,
+                    b"off" => Some(Input::Off),
+                    _ => Some(Input::Word(word(cell)?)),
+                }
+            }
+        }
+        Some(())
+    }
+
+    /// Appends the row's cell, or refuses the row if [`read`](Self::read) would refuse the cell.
+    pub(crate) fn write(self, row: &Row, line: &mut Vec<u8>) -> io::Result<()> {
+        match self {
+            Time => write!(line, "{}", Decimal::microseconds(row.time_ns)),
+            Position => match row.position {
+                Some(position @ 0..=MOST_POSITION) => write!(line, "{position}"),
+                Some(position) => Err(self.refusal(position)),
+                None => Err(self.refusal("nothing")),
+            },
+            Out => write!(line, "{:08X}", row.out),
+            Raw if !(-MOST_RAW..=MOST_RAW).contains(&row.raw) => Err(self.refusal(row.raw)),
+            Raw => write!(line, "{}", row.raw),
+            Preset1 => self.write_volts(row.preset_mv[0], line),
+            Preset2 => self.write_volts(row.preset_mv[1], line),
+            Supply => self.write_volts(row.supply_mv, line),
+            Magnet => write!(line, "{}", u8::from(row.magnet)),
+            In => row.input.map_or(Ok(()), |input| write!(line, "{input}")),
+        }
+    }
+
+    fn write_volts(self, millivolts: u32, line: &mut Vec<u8>) -> io::Result<()> {
+        let volts = Decimal { thousandths: millivolts.into(), least: 1 };
+        if millivolts > MOST_MILLIVOLTS { Err(self.refusal(volts)) } else { write!(line, "{volts}") }
+    }
+
+    fn refusal(self, value: impl fmt::Display) -> io::Error {
+        let message = format!("column {}: {value} is not {}", self.name(), self.allowed());
+        io::Error::new(io::ErrorKind::InvalidInput, message)
+    }
+}
+
+/// A number of thousandths, written as a decimal without trailing zeros.
+pub(crate) struct Decimal {
+    thousandths: u64,
+    /// The least number of decimals.
+    least: usize,
+}
+
+impl Decimal {
+    pub(crate) fn microseconds(nanoseconds: u64) -> Self {
+        Self { thousandths: nanoseconds, least: 0 }
+    }
+}
+
+impl fmt::Display for Decimal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (mut rest, mut digits) = (self.thousandths % 1000, 3);
+        while digits > self.least && rest % 10 == 0 {
+            rest /= 10;
+            digits -= 1;
+        }
+        write!(f, "{}", self.thousandths / 1000)?;
+        if digits > 0 { write!(f, ".{rest:0digits$}") } else { Ok(()) }
+    }
+}
+
+pub(crate) fn position(cell: &[u8]) -> Option<u8> {
+    u8::try_from(natural(cell)?).ok().filter(|&position| position <= MOST_POSITION)
+}
+
+fn millivolts(cell: &[u8]) -> Option<u32> {
+    u32::try_from(thousandths(cell)?).ok().filter(|&millivolts| millivolts <= MOST_MILLIVOLTS)
+}
+
+fn word(cell: &[u8]) -> Option<u32> {
+    let digits: &[u8; 8] = cell.try_into().ok()?;
+    digits.iter().try_fold(0, |word, &digit| Some(word << 4 | char::from(digit).to_digit(16)?))
+}
+
+fn whole(cell: &[u8]) -> Option<i64> {
+    let digits = cell.strip_prefix(b"-");
+    let magnitude = i64::try_from(natural(digits.unwrap_or(cell))?).ok().filter(|&n| n <= MOST_RAW)?;
+    Some(if digits.is_some() { -magnitude } else { magnitude })
+}
+
+/// A decimal in thousandths: digits around a point, or without one. Digits after the third must be zero,
+/// since nothing is rounded.
+fn thousandths(cell: &[u8]) -> Option<u64> {
+    let (ones, rest) = digits(cell)?;
+    let mut sum = ones.checked_mul(1000)?;
+    match rest {
+        [] => Some(sum),
+        [b'.', decimals @ ..] if !decimals.is_empty() => {
+            let mut worth = 1000;
+            for &byte in decimals {
+                worth /= 10;
+                match digit(byte)? {
+                    1.. if worth == 0 => return None,
+                    digit => sum = sum.checked_add(digit * worth)?,
+                }
+            }
+            Some(sum)
+        }
+        _ => None,
+    }
+}
+
+fn natural(cell: &[u8]) -> Option<u64> {
+    digits(cell).filter(|(_, rest)| rest.is_empty()).map(|(number, _)| number)
+}
+
+/// The number at the start of a cell, of one digit or more, and what follows it.
+fn digits(cell: &[u8]) -> Option<(u64, &[u8])> {
+    let (&first, mut rest) = cell.split_first()?;
+    let mut number = digit(first)?;
+    while let Some((&byte, after)) = rest.split_first()
+        && let Some(digit) = digit(byte)
+    {
+        number = number.checked_mul(10)?.checked_add(digit)?;
+        rest = after;
+    }
+    Some((number, rest))
+}
+
+fn digit(byte: u8) -> Option<u64> {
+    byte.is_ascii_digit().then(|| u64::from(byte - b'0'))
+}

@@ -1,0 +1,334 @@
+use std::io::{self, Read};
+
+use proptest::prelude::*;
+
+use crate::{Device, Error, Input, Reader, Recording, Row, Writer};
+
+const HEADER: &str = "time_us,out,raw,preset1_v,preset2_v,supply_v,magnet,in\n";
+const RECORDING: &str = "# encoring-trace 1\n\
+    # device 3 CE-65-M native=8192 firmware=41/1997 memory=00FF1A\n\
+    # device 0 LA-66 memory=\n\
+    time_us,position,out,raw,preset1_v,preset2_v,supply_v,magnet,in\n\
+    0,0,00000000,0,0.0,0.0,24.0,1,00000000\n\
+    0,3,C200270F,-4096,10.45,0.001,9.0,0,off\n\
+    265.75,0,00000000,0,0.0,0.0,24.0,1,\n";
+
+fn rows(file: impl AsRef<[u8]>) -> Result<Vec<Row>, Error> {
+    Reader::new("trace.csv", file.as_ref())?.collect()
+}
+
+fn message(file: impl AsRef<[u8]>) -> String {
+    rows(file).unwrap_err().to_string()
+}
+
+fn written(rows: &[Row]) -> io::Result<String> {
+    let mut writer = Writer::new(Vec::new())?;
+    rows.iter().try_for_each(|row| writer.write(row))?;
+    Ok(String::from_utf8(writer.into_inner()).unwrap())
+}
+
+fn rewritten(file: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut reader = Reader::new("trace.csv", file)?;
+    let mut writer = match reader.recording() {
+        Some(recording) => Writer::recording(Vec::new(), &recording.devices).unwrap(),
+        None => Writer::new(Vec::new()).unwrap(),
+    };
+    reader.try_for_each(|row| row.map(|row| writer.write(&row).unwrap()))?;
+    Ok(writer.into_inner())
+}
+
+#[test]
+fn the_golden_traces_are_written_as_they_are_read() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../vectors");
+    let mut traces = 0;
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|extension| extension == "csv") {
+            let file = std::fs::read(&path).unwrap();
+            assert!(rewritten(&file).unwrap() == file, "{}", path.display());
+            traces += 1;
+        }
+    }
+    assert!(traces >= 6);
+}
+
+#[test]
+fn a_missing_column_has_its_default() {
+    let default = Row { line: 2, ..Row::default() };
+    assert_eq!((default.supply_mv, default.magnet, default.input), (24_000, true, None));
+    let changed = [
+        ("time_us\n2.5", Row { time_ns: 2500, ..default }),
+        ("position\n127", Row { position: Some(127), ..default }),
+        ("out\nc200270F", Row { out: 0xC200_270F, ..default }),
+        ("raw\n-4611686018427387904", Row { raw: -1 << 62, ..default }),
+        ("preset1_v\n10.45", Row { preset_mv: [10_450, 0], ..default }),
+        ("preset2_v\n1000", Row { preset_mv: [0, 1_000_000], ..default }),
+        ("supply_v\n9.00100", Row { supply_mv: 9001, ..default }),
+        ("magnet\n0", Row { magnet: false, ..default }),
+        ("in\noff", Row { input: Some(Input::Off), ..default }),
+        ("in\n0000abcd", Row { input: Some(Input::Word(0xABCD)), ..default }),
+        ("in\n\"\"", default),
+    ];
+    for (file, row) in changed {
+        assert_eq!(rows(file).unwrap(), [row], "{file}");
+    }
+}
+
+#[test]
+fn without_times_rows_are_1_ms_apart() {
+    let times: Vec<_> = rows("raw\n1\n2\n\n3\n").unwrap().iter().map(|row| (row.line, row.time_ns)).collect();
+    assert_eq!(times, [(2, 0), (3, 1_000_000), (5, 2_000_000)]);
+}
+
+#[test]
+fn columns_come_in_any_order_and_lines_end_in_any_way() {
+    let file = b"\xEF\xBB\xBF# note\r\n\r\nin,\"raw\",time_us\r\n \r\noff,1,7\r\n# note \xB5\n,\"-2\",7";
+    let first = Row { line: 5, time_ns: 7000, raw: 1, input: Some(Input::Off), ..Row::default() };
+    assert_eq!(rows(file).unwrap(), [first, Row { line: 7, raw: -2, input: None, ..first }]);
+}
+
+#[test]
+fn a_refused_file_says_where_and_why() {
+    let columns = "time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in";
+    let raw = "is not a whole number from -4611686018427387904 to 4611686018427387904";
+    let volts = "is not a voltage from 0 to 1000 with at most three decimals";
+    let time = "is not a time from 0 to 18446744073709551.615 with at most three decimals";
+    let position = "is not a whole number from 0 to 127";
+    let cases: [(&[u8], String); 35] = [
+        (b"", format!("1: no header, the columns are {columns}")),
+        (b"# note\n\n", format!("3: no header, the columns are {columns}")),
+        (b"out,Raw\n", format!("1: unknown column \"Raw\", the columns are {columns}")),
+        (b"out,\n", format!("1: unknown column \"\", the columns are {columns}")),
+        (b"out,raw,out\n", "1: column out is there twice".into()),
+        (b"out,raw\n00000000\n", "2: 1 cells, the header has 2".into()),
+        (b"out\n#\n00000000,0\n", "3: 2 cells, the header has 1".into()),
+        (b"raw\n1e9\n", format!("2, column raw: \"1e9\" {raw}")),
+        (b"raw\n1\xFF\n", "2, column raw: \"1\u{FFFD}\" is not UTF-8".into()),
+        (b"raw\n-\n", format!("2, column raw: \"-\" {raw}")),
+        (b"raw\n+1\n", format!("2, column raw: \"+1\" {raw}")),
+        (b"raw\n4611686018427387905\n", format!("2, column raw: \"4611686018427387905\" {raw}")),
+        (b"raw\n99999999999999999999\n", format!("2, column raw: \"99999999999999999999\" {raw}")),
+        (b"out\nC20027\n", "2, column out: \"C20027\" is not 8 hex digits".into()),
+        (b"out\n+C200270\n", "2, column out: \"+C200270\" is not 8 hex digits".into()),
+        (b"in\nOFF\n", "2, column in: \"OFF\" is not 8 hex digits, off or empty".into()),
+        (b"magnet\n2\n", "2, column magnet: \"2\" is not 0 or 1".into()),
+        (b"magnet\n\"\n", "2, column magnet: \"\\\"\" is not 0 or 1".into()),
+        (b"position\n128\n", format!("2, column position: \"128\" {position}")),
+        (b"supply_v\n24.0005\n", format!("2, column supply_v: \"24.0005\" {volts}")),
+        (b"supply_v\n24.\n", format!("2, column supply_v: \"24.\" {volts}")),
+        (b"supply_v\n.0\n", format!("2, column supply_v: \".0\" {volts}")),
+        (b"supply_v\n1.0.0\n", format!("2, column supply_v: \"1.0.0\" {volts}")),
+        (b"preset1_v\n-0.1\n", format!("2, column preset1_v: \"-0.1\" {volts}")),
+        (b"preset2_v\n1000.001\n", format!("2, column preset2_v: \"1000.001\" {volts}")),
+        (b"time_us\n1e3\n", format!("2, column time_us: \"1e3\" {time}")),
+        (b"time_us\n18446744073709551.616\n", format!("2, column time_us: \"18446744073709551.616\" {time}")),
+        (
+            b"time_us\n10.5\n10.25\n",
+            "3, column time_us: 10.25 is before 10.5, the time of the previous row".into(),
+        ),
+        (
+            b"magnet\n0123456789012345678901234567890123456789+\n",
+            "2, column magnet: \"0123456789012345678901234567890123456789...\" is not 0 or 1".into(),
+        ),
+        (b"# encoring-trace 1\nraw\n", "2: a recording needs the column position".into()),
+        (b"# encoring-trace 2\nraw\n", "1: version 2, this program reads 1".into()),
+        (
+            b"# encoring-trace 1\n# device 128 M memory=\n",
+            "2: \"128\" is not the position of a device, 0 to 127".into(),
+        ),
+        (
+            b"# encoring-trace 1\n# device 7 M memory=\n# device 7 M memory=\n",
+            "3: device 7 is there twice".into(),
+        ),
+        (b"# encoring-trace 1\n# device 7 M a=1 a=2 memory=\n", "2: setting a is there twice".into()),
+        (
+            b"# encoring-trace 1\n# device 7 M memory=0F1\n",
+            "2: \"0F1\" is not a memory image, two hex digits a byte".into(),
+        ),
+    ];
+    for (file, expected) in cases {
+        assert_eq!(message(file), format!("trace.csv line {expected}"));
+    }
+}
+
+#[test]
+fn a_malformed_device_line_is_refused() {
+    let settings: String = (0..65).map(|n| format!(" k{n}=v")).collect();
+    for words in [
+        "",
+        " ",
+        " +1 M memory=",
+        " 1",
+        " 1 memory=",
+        " 1 M",
+        " 1 M a=b",
+        " 1 M a memory=",
+        " 1 M =a memory=",
+        " 1 M memory=0g",
+        " 1 M memory=00 a=b",
+        &format!(" 1 M{settings} memory="),
+        " 1 M memory=\u{B5}\u{B5}",
+    ] {
+        let error = rows(format!("# encoring-trace 1\n# note\n# device{words}\nposition\n")).unwrap_err();
+        assert_eq!((error.line, error.column), (3, None), "{words}: {error}");
+    }
+    for comment in ["# devices", "#device 1", "# Device"] {
+        let file = format!("# encoring-trace 1\n{comment}\nposition\n");
+        assert_eq!(Reader::new("", file.as_bytes()).unwrap().recording(), Some(&Recording::default()));
+    }
+}
+
+#[test]
+fn only_the_first_line_makes_a_recording() {
+    for file in ["raw\n", "# note\n# encoring-trace 1\nraw\n", "# encoring-trace\n# device\nraw\n"] {
+        assert_eq!(Reader::new("", file.as_bytes()).unwrap().recording(), None, "{file}");
+    }
+}
+
+#[test]
+fn a_recording_is_written_as_it_is_read() {
+    let reader = Reader::new("trace.csv", RECORDING.as_bytes()).unwrap();
+    let device = &reader.recording().unwrap().devices[0];
+    assert_eq!((device.line, device.position, device.model.as_str()), (2, 3, "CE-65-M"));
+    let settings =
+        [("native", "8192"), ("firmware", "41/1997")].map(|(key, value)| (key.into(), value.into()));
+    assert_eq!((device.settings.as_slice(), device.memory.as_slice()), (&settings[..], &[0, 0xFF, 0x1A][..]));
+    assert_eq!(String::from_utf8(rewritten(RECORDING.as_bytes()).unwrap()).unwrap(), RECORDING);
+}
+
+#[test]
+fn a_line_is_bounded() {
+    let padded = |length: usize| format!("\u{FEFF}#{}\r\nraw\r\n", " ".repeat(length - 1));
+    assert!(rows(padded(4096)).is_ok());
+    assert_eq!(message(padded(4097)), "trace.csv line 1: longer than 4096 bytes");
+    assert_eq!(message(padded(4098)), "trace.csv line 1: longer than 4096 bytes");
+    assert_eq!(message(format!("raw\n{}", "1".repeat(5000))), "trace.csv line 2: longer than 4096 bytes");
+
+    let mut endless = Reader::new("trace.csv", "raw\n".as_bytes().chain(io::repeat(b'1'))).unwrap();
+    assert!(endless.next().unwrap().is_err() && endless.next().is_none());
+
+    let device =
+        |bytes| Device { line: 2, position: 1, model: "M".into(), settings: vec![], memory: vec![0; bytes] };
+    let longest = (16 * 1024 - "# device 1 M memory=".len()) / 2;
+    let file = Writer::recording(Vec::new(), &[device(longest)]).unwrap().into_inner();
+    assert_eq!(Reader::new("", file.as_slice()).unwrap().recording().unwrap().devices, [device(longest)]);
+    assert!(Writer::recording(Vec::new(), &[device(longest + 1)]).is_err());
+    let longer = String::from_utf8(file).unwrap().replace("memory=", "memory=00");
+    assert_eq!(message(longer), "trace.csv line 2: longer than 16384 bytes");
+}
+
+#[test]
+fn a_failing_source_is_named_and_ends_the_rows() {
+    struct Failing;
+    impl Read for Failing {
+        fn read(&mut self, _: &mut [u8]) -> io::Result<usize> {
+            Err(io::Error::other("unplugged"))
+        }
+    }
+    let mut reader = Reader::new("trace.csv", "raw\n1\n".as_bytes().chain(Failing)).unwrap();
+    assert_eq!(reader.next().unwrap().unwrap().raw, 1);
+    assert_eq!(reader.next().unwrap().unwrap_err().to_string(), "trace.csv line 3: cannot read: unplugged");
+    assert!(reader.next().is_none() && reader.next().is_none());
+}
+
+#[test]
+fn what_would_not_read_back_is_not_written() {
+    let row = Row::default();
+    assert_eq!(written(&[row]).unwrap(), format!("{HEADER}0,00000000,0,0.0,0.0,24.0,1,\n"));
+    let refused = [
+        (Row { raw: i64::MIN, ..row }, "column raw: -9223372036854775808 is not a whole number from"),
+        (
+            Row { preset_mv: [1_000_001, 0], ..row },
+            "column preset1_v: 1000.001 is not a voltage from 0 to 1000",
+        ),
+        (Row { preset_mv: [0, u32::MAX], ..row }, "column preset2_v: 4294967.295 is not a voltage"),
+        (Row { supply_mv: 2_000_000, ..row }, "column supply_v: 2000.0 is not a voltage"),
+    ];
+    for (row, expected) in refused {
+        let error = written(&[row]).unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::InvalidInput);
+        assert!(error.to_string().starts_with(expected), "{error}");
+    }
+    let error = written(&[Row { time_ns: 1500, ..row }, row]).unwrap_err();
+    assert_eq!(error.to_string(), "0 is before 1.5, the time of the previous row");
+
+    let mut writer = Writer::recording(Vec::new(), &[]).unwrap();
+    assert!(writer.write(&row).is_err() && writer.write(&Row { position: Some(128), ..row }).is_err());
+    writer.flush().unwrap();
+    assert!(writer.into_inner().ends_with(b",in\n"));
+
+    let device = Device { line: 0, position: 0, model: "M".into(), settings: vec![], memory: vec![] };
+    let pair = |key: &str, value: &str| vec![(key.to_owned(), value.to_owned())];
+    assert!(Writer::recording(Vec::new(), &[device.clone(), device.clone()]).is_err());
+    for model in ["", "A B", "A=B", "A\n", "A\r"] {
+        assert!(Writer::recording(Vec::new(), &[Device { model: model.into(), ..device.clone() }]).is_err());
+    }
+    for settings in
+        [pair("", "v"), pair("k", "v w=x"), pair("k=", "v"), pair("memory", "00"), pair("k", "v\n")]
+    {
+        assert!(Writer::recording(Vec::new(), &[Device { settings, ..device.clone() }]).is_err());
+    }
+}
+
+#[test]
+fn any_damage_to_a_file_is_read_or_refused() {
+    let judge = |file: &[u8]| match rewritten(file) {
+        Ok(again) => assert_eq!(rewritten(&again).unwrap(), again),
+        Err(error) => assert!(error.line >= 1 && error.to_string().starts_with("trace.csv line ")),
+    };
+    let file = RECORDING.as_bytes();
+    for index in 0..file.len() {
+        judge(&file[..index]);
+        judge(&file[index..]);
+        let mut changed = file.to_vec();
+        for byte in 0..=u8::MAX {
+            changed[index] = byte;
+            judge(&changed);
+        }
+    }
+}
+
+#[test]
+fn other_programs_read_and_write_the_same_rows() {
+    let file = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"), "/../../vectors/la-66.csv")).unwrap();
+    let mut quoted = csv::WriterBuilder::new().quote_style(csv::QuoteStyle::Always).from_writer(Vec::new());
+    let mut foreign = csv::ReaderBuilder::new().has_headers(false).from_reader(file.as_slice());
+    for record in foreign.byte_records() {
+        quoted.write_byte_record(&record.unwrap()).unwrap();
+    }
+    assert_eq!(rows(quoted.into_inner().unwrap()).unwrap(), rows(file).unwrap());
+}
+
+prop_compose! {
+    fn any_row()(
+        time_ns in 0u64..1 << 40,
+        out: u32,
+        raw in -1i64 << 62..=1 << 62,
+        preset_mv in [0u32..=1_000_000, 0u32..=1_000_000],
+        supply_mv in 0u32..=1_000_000,
+        magnet: bool,
+        input in prop_oneof![
+            Just(None),
+            Just(Some(Input::Off)),
+            any::<u32>().prop_map(|word| Some(Input::Word(word))),
+        ],
+    ) -> Row {
+        Row { time_ns, out, raw, preset_mv, supply_mv, magnet, input, ..Row::default() }
+    }
+}
+
+proptest! {
+    #[test]
+    fn what_is_written_reads_back(mut many in prop::collection::vec(any_row(), 0..20)) {
+        many.sort_by_key(|row| row.time_ns);
+        for (row, line) in many.iter_mut().zip(2..) {
+            row.line = line;
+        }
+        prop_assert_eq!(rows(written(&many).unwrap()).unwrap(), many);
+    }
+
+    #[test]
+    fn any_bytes_are_read_or_refused(file: Vec<u8>) {
+        let _ = rows(file);
+    }
+}

@@ -1,0 +1,418 @@
+//! The programmable values: their layouts, ranges and factory settings.
+
+use crate::ErrorStatus;
+use crate::model::{Model, Sensor};
+use crate::service::Service;
+use crate::word::DATA_MAX;
+
+/// A value that services write and read, and that the EEPROM keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[repr(u8)]
+pub enum Parameter {
+    /// Service 01.
+    CountingDirection,
+    /// Service 02.
+    MeasuringLength,
+    /// Service 03.
+    Numerator,
+    /// Service 04.
+    PresetValue1,
+    /// Service 05.
+    PresetValue2,
+    /// Service 09.
+    Denominator,
+    /// Service 0D.
+    SsiValues,
+}
+
+/// Every parameter, in the order of the services.
+pub const PARAMETERS: [Parameter; 7] = [
+    Parameter::CountingDirection,
+    Parameter::MeasuringLength,
+    Parameter::Numerator,
+    Parameter::PresetValue1,
+    Parameter::PresetValue2,
+    Parameter::Denominator,
+    Parameter::SsiValues,
+];
+
+/// A value was refused because it lies outside its range [C6].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{value:X}h is outside {low:X}h..{high:X}h")]
+pub struct OutOfRange {
+    /// The value that decided: the whole data, for service 0D the number of data bits.
+    pub value: u32,
+    /// The smallest legal value.
+    pub low: u32,
+    /// The largest legal value.
+    pub high: u32,
+}
+
+/// Refuses a value outside `low..=high`.
+///
+/// # Errors
+/// [`OutOfRange`] with the three numbers.
+pub const fn within(value: u32, low: u32, high: u32) -> Result<u32, OutOfRange> {
+    if value < low || value > high { Err(OutOfRange { value, low, high }) } else { Ok(value) }
+}
+
+impl Parameter {
+    /// The parameter behind a service; `None` for the two actions 06 and 08.
+    #[must_use]
+    pub const fn from_service(service: Service) -> Option<Self> {
+        Some(match service {
+            Service::CountingDirection => Self::CountingDirection,
+            Service::MeasuringLength => Self::MeasuringLength,
+            Service::Numerator => Self::Numerator,
+            Service::PresetValue1 => Self::PresetValue1,
+            Service::PresetValue2 => Self::PresetValue2,
+            Service::Denominator => Self::Denominator,
+            Service::SsiValues => Self::SsiValues,
+            Service::PresetAdjustment | Service::DataCheck => return None,
+        })
+    }
+
+    /// The service that writes and reads it.
+    #[must_use]
+    pub const fn service(self) -> Service {
+        match self {
+            Self::CountingDirection => Service::CountingDirection,
+            Self::MeasuringLength => Service::MeasuringLength,
+            Self::Numerator => Service::Numerator,
+            Self::PresetValue1 => Service::PresetValue1,
+            Self::PresetValue2 => Service::PresetValue2,
+            Self::Denominator => Service::Denominator,
+            Self::SsiValues => Service::SsiValues,
+        }
+    }
+
+    /// The range that the encoder accepts as a whole 24-bit value; `None` where the bytes are judged singly (01 on
+    /// the CE-65-M, 0D). The presets of the CE-100 are compared with the measuring length only at the data check,
+    /// and a numerator of 0 is stored as well [C6].
+    #[must_use]
+    pub const fn range(self, model: Model) -> Option<(u32, u32)> {
+        Some(match (self, model) {
+            (Self::CountingDirection, Model::Ce65M) | (Self::SsiValues, _) => return None,
+            (Self::CountingDirection, _) => (0, 1),
+            (Self::MeasuringLength, Model::La66) => (1, DATA_MAX),
+            (Self::MeasuringLength, _) => (0x10, DATA_MAX),
+            (Self::Numerator, _) => (0, 0xFFFF),
+            (Self::PresetValue1 | Self::PresetValue2, _) => (0, DATA_MAX),
+            (Self::Denominator, _) => (1, 0x63),
+        })
+    }
+
+    /// The value as the encoder stores and returns it [R47, R114, R119, C11, C19].
+    ///
+    /// # Errors
+    /// [`OutOfRange`] if it is refused; the old value then stays.
+    pub const fn normalise(self, model: Model, data: u32) -> Result<u32, OutOfRange> {
+        match self.range(model) {
+            Some((low, high)) => within(data, low, high),
+            None if matches!(self, Self::SsiValues) => SsiValues::normalise(data),
+            None => Ok(CountingDirection::from_data(data).data()),
+        }
+    }
+}
+
+/// Whether the position rises or falls when the shaft turns clockwise or the magnet moves to the rod's end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Direction {
+    /// Rising clockwise, looking at the shaft; increasing towards the end of the rod [R42, R44].
+    #[default]
+    Rising,
+    /// The other way round.
+    Falling,
+}
+
+/// How a position is written into bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Code {
+    /// Plain binary.
+    #[default]
+    Binary,
+    /// Gray, see [`crate::gray`].
+    Gray,
+}
+
+impl Code {
+    /// Byte value 0 is binary, every other Gray [R46, R113].
+    #[must_use]
+    pub const fn from_byte(byte: u8) -> Self {
+        if byte == 0 { Self::Binary } else { Self::Gray }
+    }
+
+    /// `value` in this code.
+    #[must_use]
+    pub const fn encode(self, value: u32) -> u32 {
+        match self {
+            Self::Binary => value,
+            Self::Gray => crate::gray::encode(value),
+        }
+    }
+}
+
+/// The meaning of service 01's data [R46]. On the LA-66 and the CE-100-M only 0 and 1 exist, so the code is binary.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CountingDirection {
+    /// Byte 0: 0 rising, otherwise falling.
+    pub direction: Direction,
+    /// Byte 1: the code of the position on the bus.
+    pub code: Code,
+}
+
+impl CountingDirection {
+    /// From bits 23..0; byte 2 has no meaning.
+    #[must_use]
+    pub const fn from_data(data: u32) -> Self {
+        Self {
+            direction: if data & 0xFF == 0 { Direction::Rising } else { Direction::Falling },
+            code: Code::from_byte((data >> 8) as u8),
+        }
+    }
+
+    /// Bits 23..0, each byte 0 or 1 [C11].
+    #[must_use]
+    pub const fn data(self) -> u32 {
+        (self.code as u32) << 8 | self.direction as u32
+    }
+}
+
+/// The meaning of service 0D's data [R113].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SsiValues {
+    /// Byte 2: the data bits come again every 26 pulses [R119].
+    pub repetition: bool,
+    /// Byte 1: the code of the position on the SSI, independent of the bus.
+    pub code: Code,
+    /// Byte 0: number of data bits, 8..=32.
+    pub bits: u8,
+}
+
+/// The fewest data bits of an SSI frame [R115].
+pub const SSI_BITS_MIN: u32 = 0x08;
+/// The most data bits of an SSI frame [R115].
+pub const SSI_BITS_MAX: u32 = 0x20;
+
+impl SsiValues {
+    /// From bits 23..0, without judging the number.
+    #[must_use]
+    pub const fn from_data(data: u32) -> Self {
+        Self {
+            repetition: data >> 16 & 0xFF != 0,
+            code: Code::from_byte((data >> 8) as u8),
+            bits: data as u8,
+        }
+    }
+
+    /// Bits 23..0, bytes 2 and 1 each 0 or 1.
+    #[must_use]
+    pub const fn data(self) -> u32 {
+        (self.repetition as u32) << 16 | (self.code as u32) << 8 | self.bits as u32
+    }
+
+    /// The number is judged first, also with repetition; repetition then makes it 24 [R119, C19].
+    const fn normalise(data: u32) -> Result<u32, OutOfRange> {
+        let mut values = Self::from_data(data);
+        if let Err(refused) = within(values.bits as u32, SSI_BITS_MIN, SSI_BITS_MAX) {
+            return Err(refused);
+        }
+        if values.repetition {
+            values.bits = 24;
+        }
+        Ok(values.data())
+    }
+}
+
+/// One value for each parameter, normalised. A model that lacks a service keeps the factory value
+/// there. The default is all zeros, which no encoder holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ParameterSet([u32; PARAMETERS.len()]);
+
+impl ParameterSet {
+    /// What a new encoder holds; no manual says, so it is this project's choice: the whole native range, rising,
+    /// binary, presets 0, 24 SSI bits. LA-66: 0.01 mm a step.
+    #[must_use]
+    pub const fn factory(sensor: Sensor) -> Self {
+        let length = match sensor {
+            Sensor::Rotary { .. } => DATA_MAX,
+            Sensor::Linear { rod_um } => match rod_um / 10 {
+                0 => 1,
+                steps if steps > DATA_MAX => DATA_MAX,
+                steps => steps,
+            },
+        };
+        Self([0, length, 4096, 0, 0, 1, 24])
+    }
+
+    /// The value of one parameter.
+    #[must_use]
+    pub const fn value(&self, parameter: Parameter) -> u32 {
+        let [direction, length, numerator, preset_1, preset_2, denominator, ssi] = self.0;
+        match parameter {
+            Parameter::CountingDirection => direction,
+            Parameter::MeasuringLength => length,
+            Parameter::Numerator => numerator,
+            Parameter::PresetValue1 => preset_1,
+            Parameter::PresetValue2 => preset_2,
+            Parameter::Denominator => denominator,
+            Parameter::SsiValues => ssi,
+        }
+    }
+
+    /// Replaces the value of one parameter; `value` must be normalised.
+    pub fn set(&mut self, parameter: Parameter, value: u32) {
+        if let Some(slot) = self.0.get_mut(parameter as usize) {
+            *slot = value;
+        }
+    }
+
+    /// Direction and bus code (01).
+    #[must_use]
+    pub const fn counting_direction(&self) -> CountingDirection {
+        CountingDirection::from_data(self.value(Parameter::CountingDirection))
+    }
+
+    /// Measuring length in steps (02): the largest position of the range [C4].
+    #[must_use]
+    pub const fn measuring_length(&self) -> u32 {
+        self.value(Parameter::MeasuringLength)
+    }
+
+    /// Revolutions numerator (03).
+    #[must_use]
+    pub const fn numerator(&self) -> u32 {
+        self.value(Parameter::Numerator)
+    }
+
+    /// Revolutions denominator (09).
+    #[must_use]
+    pub const fn denominator(&self) -> u32 {
+        self.value(Parameter::Denominator)
+    }
+
+    /// SSI characteristic values (0D).
+    #[must_use]
+    pub const fn ssi_values(&self) -> SsiValues {
+        SsiValues::from_data(self.value(Parameter::SsiValues))
+    }
+
+    /// The validity bits of the set, as the data check and power-up look at them [R90, R92, R93, C31]. None on the
+    /// LA-66, where every accepted value is valid.
+    #[must_use]
+    pub fn validity(&self, model: Model, sensor: Sensor) -> ErrorStatus {
+        let Sensor::Rotary { steps_per_turn } = sensor else { return ErrorStatus::empty() };
+        let length = self.measuring_length();
+        let mut status = ErrorStatus::empty();
+        let native = u64::from(steps_per_turn) * u64::from(self.numerator());
+        if self.numerator() == 0 {
+            status |= ErrorStatus::NUMERATOR_ZERO;
+        } else if (u64::from(length) + 1) * u64::from(self.denominator()) > native {
+            status |= ErrorStatus::LENGTH_TOO_LARGE;
+        }
+        if model == Model::Ce100M {
+            if self.value(Parameter::PresetValue1) > length {
+                status |= ErrorStatus::PRESET_1_RANGE;
+            }
+            if self.value(Parameter::PresetValue2) > length {
+                status |= ErrorStatus::PRESET_2_RANGE;
+            }
+        }
+        status
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const Q4096: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
+    const Q8192: Sensor = Sensor::Rotary { steps_per_turn: 8192 };
+
+    fn set(length: u32, numerator: u32, denominator: u32) -> ParameterSet {
+        let mut set = ParameterSet::factory(Q4096);
+        set.set(Parameter::MeasuringLength, length);
+        set.set(Parameter::Numerator, numerator);
+        set.set(Parameter::Denominator, denominator);
+        set
+    }
+
+    #[test]
+    fn more_steps_a_turn_than_the_rating_plate_is_2_to_14_and_equality_is_legal() {
+        let judged = |sensor, (s, n, d)| set(s, n, d).validity(Model::Ce65M, sensor);
+        for legal in [(0xFFF, 1, 1), (0x37FF, 35, 10), (0xFF_FFFF, 0x1000, 1)] {
+            assert_eq!(judged(Q4096, legal), ErrorStatus::empty(), "{legal:?}");
+        }
+        for illegal in [(0x1000, 1, 1), (0x3800, 35, 10), (0xFF_FFFF, 0xFFF, 1)] {
+            assert_eq!(judged(Q4096, illegal), ErrorStatus::LENGTH_TOO_LARGE, "{illegal:?}");
+        }
+        assert_eq!(judged(Q8192, (0xFF_FFFF, 0x800, 1)), ErrorStatus::empty());
+        assert_eq!(judged(Q8192, (0xFF_FFFF, 0x7FF, 1)), ErrorStatus::LENGTH_TOO_LARGE);
+    }
+
+    #[test]
+    fn a_numerator_of_zero_hides_2_to_14() {
+        assert_eq!(set(0xFF_FFFF, 0, 99).validity(Model::Ce65M, Q4096), ErrorStatus::NUMERATOR_ZERO);
+    }
+
+    #[test]
+    fn presets_above_the_measuring_length_are_an_error_on_the_ce_100_only() {
+        let mut set = set(100, 1, 1);
+        set.set(Parameter::PresetValue1, 101);
+        set.set(Parameter::PresetValue2, 100);
+        assert_eq!(set.validity(Model::Ce100M, Q4096), ErrorStatus::PRESET_1_RANGE);
+        set.set(Parameter::PresetValue1, 100);
+        set.set(Parameter::PresetValue2, 101);
+        assert_eq!(set.validity(Model::Ce100M, Q4096), ErrorStatus::PRESET_2_RANGE);
+        assert_eq!(set.validity(Model::Ce65M, Q4096), ErrorStatus::empty());
+    }
+
+    #[test]
+    fn the_ranges_end_where_the_manuals_say() {
+        use Parameter as P;
+        let ends = [
+            (P::CountingDirection, Model::La66, 0, 1),
+            (P::CountingDirection, Model::Ce100M, 0, 1),
+            (P::MeasuringLength, Model::La66, 1, DATA_MAX),
+            (P::MeasuringLength, Model::Ce100M, 0x10, DATA_MAX),
+            (P::MeasuringLength, Model::Ce65M, 0x10, DATA_MAX),
+            (P::Numerator, Model::Ce65M, 0, 0xFFFF),
+            (P::Denominator, Model::Ce100M, 1, 0x63),
+            (P::PresetValue1, Model::La66, 0, DATA_MAX),
+        ];
+        for (parameter, model, low, high) in ends {
+            assert_eq!(parameter.normalise(model, low), Ok(low));
+            assert_eq!(parameter.normalise(model, high), Ok(high));
+            if low > 0 {
+                assert_eq!(
+                    parameter.normalise(model, low - 1),
+                    Err(OutOfRange { value: low - 1, low, high })
+                );
+            }
+            if high < DATA_MAX {
+                assert_eq!(
+                    parameter.normalise(model, high + 1),
+                    Err(OutOfRange { value: high + 1, low, high })
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_ce_65_normalises_each_byte() {
+        let direction = |data| Parameter::CountingDirection.normalise(Model::Ce65M, data);
+        assert_eq!(direction(0xFF_80_FF), Ok(0x00_01_01));
+        assert_eq!(direction(0xFF_00_00), Ok(0));
+        let ssi = |data| Parameter::SsiValues.normalise(Model::Ce65M, data);
+        assert_eq!(ssi(0xFF_FF_18), Ok(0x01_01_18));
+        assert_eq!(ssi(0x00_80_1F), Ok(0x00_01_1F));
+        assert_eq!(ssi(0x01_00_20), Ok(0x01_00_18));
+        assert_eq!(ssi(0x01_00_21), Err(OutOfRange { value: 0x21, low: 8, high: 0x20 }));
+        assert_eq!(ssi(0x00_00_07), Err(OutOfRange { value: 7, low: 8, high: 0x20 }));
+    }
+
+    #[test]
+    fn a_rod_leaves_the_factory_with_a_hundredth_of_a_millimetre() {
+        assert_eq!(ParameterSet::factory(Sensor::Linear { rod_um: 500_000 }).measuring_length(), 0xC350);
+    }
+}

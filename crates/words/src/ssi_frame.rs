@@ -1,0 +1,150 @@
+//! The bits of one SSI transfer, pulse by pulse [R103..R120].
+//!
+//! The device that shifts them out is `encoder::ssi_output`; here is only which bit belongs to which rising edge.
+
+use crate::parameter::{Code, SsiValues};
+
+/// A level on Clock+ or Data+.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Level {
+    /// 0 V.
+    Low,
+    /// +5 V.
+    High,
+}
+
+impl Level {
+    /// High for 1.
+    #[must_use]
+    pub const fn from_bit(bit: u32) -> Self {
+        if bit & 1 == 1 { Self::High } else { Self::Low }
+    }
+}
+
+/// The mono period: a transfer ends when more than this has passed since the last falling clock edge [R111, C22].
+pub const MONO_PERIOD: crate::Duration = crate::Duration::from_micros(20);
+
+/// Data bits that make firmware from week 41/1997 send the AK-40 format [R117].
+pub const AK40_BITS: u8 = 31;
+
+/// Pulses after which a repeated word begins again: 24 data bits and two Low [R119].
+pub const REPETITION_PULSES: u8 = 26;
+
+/// A word as latched at the first falling edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SsiFrame {
+    /// The bits, the first to be sent highest, `count` of them.
+    field: u64,
+    count: u8,
+    repetition: bool,
+}
+
+impl SsiFrame {
+    /// The frame for a position. `ak40` says whether the firmware knows the AK-40 format [R117].
+    #[must_use]
+    pub const fn new(position: u32, values: SsiValues, ak40: bool) -> Self {
+        let SsiValues { repetition, code, bits } = values;
+        if bits == AK40_BITS && ak40 && !repetition {
+            let parity = (position.count_ones() + 1) & 1;
+            return Self { field: (position as u64) << 1 | parity as u64, count: 32, repetition };
+        }
+        let count = if bits > 32 { 32 } else { bits };
+        // Gray of the whole value first, then the cut [C18].
+        let field = code.encode(position) as u64 & ((1 << count) - 1);
+        Self { field, count, repetition }
+    }
+
+    /// Data+ from the `pulse`-th rising edge on, counted from 1. Low after the last bit [R110].
+    #[must_use]
+    pub const fn level(&self, pulse: u32) -> Level {
+        let Some(index) = pulse.checked_sub(1) else { return Level::High };
+        let index = if self.repetition { index % REPETITION_PULSES as u32 } else { index };
+        if index >= self.count as u32 {
+            return Level::Low;
+        }
+        Level::from_bit((self.field >> (self.count as u32 - 1 - index)) as u32)
+    }
+
+    /// The pulse that follows `pulse`, counted so that a clock that never stops cannot overflow: repetition begins
+    /// again at 1, and after the last bit nothing changes any more.
+    #[must_use]
+    pub const fn after(&self, pulse: u32) -> u32 {
+        if self.repetition {
+            pulse % REPETITION_PULSES as u32 + 1
+        } else if pulse > self.count as u32 {
+            pulse
+        } else {
+            pulse + 1
+        }
+    }
+
+    /// What a receiver collects with so many clocks, at most 64, the first bit received highest.
+    #[must_use]
+    pub fn collect(&self, clocks: u32) -> u64 {
+        (1..=clocks).fold(0, |bits, pulse| bits << 1 | u64::from(self.level(pulse) == Level::High))
+    }
+}
+
+impl Default for SsiFrame {
+    fn default() -> Self {
+        Self::new(0, SsiValues { repetition: false, code: Code::Binary, bits: 24 }, false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(position: u32, repetition: bool, code: Code, bits: u8) -> SsiFrame {
+        SsiFrame::new(position, SsiValues { repetition, code, bits }, true)
+    }
+
+    #[test]
+    fn the_ak_40_words() {
+        let words = [
+            (0, 0x0000_0001),
+            (1, 0x0000_0002),
+            (2, 0x0000_0004),
+            (3, 0x0000_0007),
+            (0x27_0F, 0x0000_4E1F),
+            (0x12_3456, 0x0024_68AC),
+            (0xFF_FFFF, 0x01FF_FFFF),
+        ];
+        for (position, word) in words {
+            for code in [Code::Binary, Code::Gray] {
+                assert_eq!(frame(position, false, code, 31).collect(32), word);
+                assert_eq!(frame(position, false, code, 31).collect(33), word << 1);
+            }
+            assert_eq!(word.count_ones() % 2, 1);
+        }
+        // A line stuck at either level has even parity, so it is noticed.
+        assert_eq!(0_u32.count_ones() % 2, 0);
+        assert_eq!(u32::MAX.count_ones() % 2, 0);
+    }
+
+    #[test]
+    fn older_firmware_sends_31_plain_bits_in_the_programmed_code() {
+        let values = SsiValues { repetition: false, code: Code::Gray, bits: 31 };
+        assert_eq!(SsiFrame::new(0x27_0F, values, false).collect(31), 0x34_88);
+        assert_eq!(SsiFrame::new(0x27_0F, values, false).collect(32), 0x34_88 << 1);
+    }
+
+    #[test]
+    fn the_number_of_data_bits_places_the_position_in_the_pulses() {
+        let plain = |bits, clocks| frame(0x27_0F, false, Code::Binary, bits).collect(clocks);
+        assert_eq!(plain(24, 24), 0x00_27_0F);
+        assert_eq!(plain(25, 25), 0x00_27_0F);
+        assert_eq!(plain(14, 14), 0b10_0111_0000_1111);
+        assert_eq!(plain(32, 32), 0x00_00_27_0F);
+        assert_eq!(plain(14, 24), 0b10_0111_0000_1111 << 10);
+        assert_eq!(frame(0x180, false, Code::Gray, 8).collect(8), 0x40);
+    }
+
+    #[test]
+    fn repetition_sends_the_same_24_bits_every_26_pulses() {
+        let frame = frame(0xAB_CDEF, true, Code::Binary, 24);
+        let once = 0xAB_CDEF_u64 << 2;
+        assert_eq!(frame.collect(26), once);
+        assert_eq!(frame.collect(52), once << 26 | once);
+    }
+}
