@@ -1,2 +1,38 @@
 //! The `encoring` command.
-fn main() {}
+//!
+//! A command is a file: its arguments, and a `run` that ends in an [`Answer`](output::Answer) or says why it could
+//! not.
+
+mod arguments;
+mod completions;
+mod decode;
+mod output;
+mod replay;
+mod word_view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// TR absolute encoders on INTERBUS-S, as software.
+#[derive(Parser)]
+#[command(name = "encoring", version, max_term_width = 100, after_help = output::EXIT_CODES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Decode(decode::Arguments),
+    Replay(replay::Arguments),
+    Completions(completions::Arguments),
+}
+
+fn main() -> ExitCode {
+    output::finish(match Arguments::parse().command {
+        Command::Decode(arguments) => decode::run(&arguments),
+        Command::Replay(arguments) => replay::run(&arguments),
+        Command::Completions(arguments) => completions::run(&arguments),
+    })
+}

@@ -73,6 +73,12 @@ impl ProcessImage {
         self.input.get_mut(..self.encoders).unwrap_or_default()
     }
 
+    /// The OUT words and, to be changed by whoever cycles the ring, the IN words.
+    pub fn both(&mut self) -> (&[OutWord], &mut [InWord]) {
+        let (out, input) = (self.out.get(..self.encoders), self.input.get_mut(..self.encoders));
+        (out.unwrap_or_default(), input.unwrap_or_default())
+    }
+
     /// One half of an OUT word; `None` past the last encoder.
     #[must_use]
     pub fn out_half(&self, position: usize, half: Half) -> Option<u16> {

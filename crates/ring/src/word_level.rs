@@ -2,7 +2,7 @@
 
 use encoring_words::{InWord, Instant, OutWord};
 
-use crate::image::{ENCODERS_MAX, ProcessImage};
+use crate::image::ENCODERS_MAX;
 use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER};
 
 /// How a data cycle went. Segment k leads into the device at position k; the one after the last device leads back
@@ -58,18 +58,26 @@ impl Default for WordRing {
 }
 
 impl WordRing {
-    /// Runs one data cycle that ends at `now`. `answers` are the IN words that the devices loaded when it started,
-    /// one for each encoder of the image.
+    /// Runs one data cycle that ends at `now`: `out` goes to the devices, `answers`, the IN words that they loaded
+    /// when it started, to `input`. All three have one word a device; `None` is a device that has nothing to show
+    /// since it was switched on, and leaves `input` as it is.
     ///
     /// A reply to the OUT word of this cycle is therefore seen by the master after the next one at the earliest.
-    pub fn cycle(&mut self, now: Instant, image: &mut ProcessImage, answers: &[InWord], verdict: Verdict) {
-        let encoders = image.encoders();
+    pub fn cycle(
+        &mut self,
+        now: Instant,
+        out: &[OutWord],
+        input: &mut [InWord],
+        answers: &[Option<InWord>],
+        verdict: Verdict,
+    ) {
+        let encoders = out.len();
         let (taking, hearing) = match verdict {
             Verdict::Good => (encoders, encoders),
             Verdict::Bad { segment } => (segment, encoders),
             Verdict::Silent { segment } => (0, segment),
         };
-        for (position, (device, out)) in self.devices.iter_mut().zip(image.out()).enumerate() {
+        for (position, (device, out)) in self.devices.iter_mut().zip(out).enumerate() {
             if device.is_reset(now) {
                 device.taken = OutWord(0);
             }
@@ -84,8 +92,8 @@ impl WordRing {
             }
         }
         if verdict == Verdict::Good {
-            for (shown, answer) in image.input_mut().iter_mut().zip(answers) {
-                *shown = *answer;
+            for (shown, answer) in input.iter_mut().zip(answers) {
+                *shown = answer.unwrap_or(*shown);
             }
         }
         self.ended = now;
@@ -99,6 +107,12 @@ impl WordRing {
             Some(device) if !device.is_reset(now) => device.taken,
             _ => OutWord(0),
         }
+    }
+
+    /// `true` once the device has taken an OUT word since it was switched on.
+    #[must_use]
+    pub fn has_taken(&self, position: usize) -> bool {
+        self.devices.get(position).is_some_and(|device| device.cycled.is_some())
     }
 
     /// The lamp BA of the device at `position`: a data cycle was taken in the last 640 ms [R139].
@@ -143,64 +157,97 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    fn ring_of(encoders: usize) -> (WordRing, ProcessImage, Vec<InWord>) {
-        let mut image = ProcessImage::new(encoders).unwrap();
-        for (k, out) in image.out_mut().iter_mut().enumerate() {
-            *out = OutWord(0x100 + k as u32);
-        }
-        (WordRing::default(), image, (0..encoders).map(|k| InWord(0x200 + k as u32)).collect())
+    struct Bench {
+        ring: WordRing,
+        out: Vec<OutWord>,
+        input: Vec<InWord>,
+        answers: Vec<Option<InWord>>,
     }
 
-    fn taken(ring: &WordRing, encoders: usize, now: Instant) -> Vec<u32> {
-        (0..encoders).map(|k| ring.out_word(k, now).0).collect()
+    impl Bench {
+        fn of(encoders: u32) -> Self {
+            Self {
+                ring: WordRing::default(),
+                out: (0..encoders).map(|k| OutWord(0x100 + k)).collect(),
+                input: (0..encoders).map(|_| InWord(0)).collect(),
+                answers: (0..encoders).map(|k| Some(InWord(0x200 + k))).collect(),
+            }
+        }
+
+        fn cycle(&mut self, ms: u64, verdict: Verdict) {
+            let Self { ring, out, input, answers } = self;
+            ring.cycle(Instant(ms * MS), out, input, answers, verdict);
+        }
+
+        fn taken(&self, ms: u64) -> Vec<u32> {
+            (0..self.out.len()).map(|k| self.ring.out_word(k, Instant(ms * MS)).0).collect()
+        }
     }
 
     #[test]
     fn a_good_cycle_moves_every_word_once() {
-        let (mut ring, mut image, answers) = ring_of(3);
-        ring.cycle(Instant(MS), &mut image, &answers, Verdict::Good);
-        assert_eq!(taken(&ring, 3, Instant(MS)), [0x100, 0x101, 0x102]);
-        assert_eq!(image.input(), [InWord(0x200), InWord(0x201), InWord(0x202)]);
+        let mut bench = Bench::of(3);
+        bench.cycle(1, Verdict::Good);
+        assert_eq!(bench.taken(1), [0x100, 0x101, 0x102]);
+        assert_eq!(bench.input, [InWord(0x200), InWord(0x201), InWord(0x202)]);
+    }
+
+    #[test]
+    fn a_device_with_nothing_to_show_leaves_the_masters_word_alone() {
+        let mut bench = Bench::of(2);
+        bench.input[1] = InWord(9);
+        bench.answers[1] = None;
+        bench.cycle(1, Verdict::Good);
+        assert_eq!(bench.input, [InWord(0x200), InWord(9)]);
+        assert_eq!(bench.taken(1), [0x100, 0x101]);
     }
 
     #[test]
     fn after_a_bad_segment_devices_keep_their_old_word_and_the_master_takes_none() {
         for segment in 0..=3 {
-            let (mut ring, mut image, answers) = ring_of(3);
-            ring.cycle(Instant(MS), &mut image, &answers, Verdict::Bad { segment });
+            let mut bench = Bench::of(3);
+            bench.cycle(1, Verdict::Bad { segment });
             let expected: Vec<u32> = (0..3).map(|k| if k < segment { 0x100 + k as u32 } else { 0 }).collect();
-            assert_eq!(taken(&ring, 3, Instant(MS)), expected);
-            assert_eq!(image.input(), [InWord(0); 3]);
+            assert_eq!(bench.taken(1), expected);
+            assert_eq!(bench.input, [InWord(0); 3]);
         }
     }
 
     #[test]
     fn silence_resets_the_devices_behind_it_after_25_ms_and_the_others_never() {
-        let (mut ring, mut image, answers) = ring_of(3);
-        ring.cycle(Instant(0), &mut image, &answers, Verdict::Good);
-        image.out_mut().fill(OutWord(7));
+        let mut bench = Bench::of(3);
+        bench.cycle(0, Verdict::Good);
+        bench.out.fill(OutWord(7));
         for ms in 1..=25 {
-            ring.cycle(Instant(ms * MS), &mut image, &answers, Verdict::Silent { segment: 1 });
-            assert_eq!(taken(&ring, 3, Instant(ms * MS)), [0x100, 0x101, 0x102]);
+            bench.cycle(ms, Verdict::Silent { segment: 1 });
+            assert_eq!(bench.taken(ms), [0x100, 0x101, 0x102]);
         }
-        ring.cycle(Instant(26 * MS), &mut image, &answers, Verdict::Silent { segment: 1 });
-        assert_eq!(taken(&ring, 3, Instant(26 * MS)), [0x100, 0, 0]);
-        assert!(ring.incoming_connected(0, Instant(26 * MS)));
-        assert!(!ring.incoming_connected(1, Instant(26 * MS)));
+        bench.cycle(26, Verdict::Silent { segment: 1 });
+        assert_eq!(bench.taken(26), [0x100, 0, 0]);
+        assert!(bench.ring.incoming_connected(0, Instant(26 * MS)));
+        assert!(!bench.ring.incoming_connected(1, Instant(26 * MS)));
         // Back again: nothing of the time before the reset comes up.
-        ring.cycle(Instant(27 * MS), &mut image, &answers, Verdict::Bad { segment: 0 });
-        assert_eq!(taken(&ring, 3, Instant(27 * MS)), [0x100, 0, 0]);
-        ring.cycle(Instant(28 * MS), &mut image, &answers, Verdict::Good);
-        assert_eq!(taken(&ring, 3, Instant(28 * MS)), [7, 7, 7]);
+        bench.cycle(27, Verdict::Bad { segment: 0 });
+        assert_eq!(bench.taken(27), [0x100, 0, 0]);
+        bench.cycle(28, Verdict::Good);
+        assert_eq!(bench.taken(28), [7, 7, 7]);
+    }
+
+    #[test]
+    fn long_pauses_between_cycles_are_filled_with_status_telegrams() {
+        let mut bench = Bench::of(1);
+        bench.cycle(0, Verdict::Good);
+        bench.cycle(600, Verdict::Bad { segment: 0 });
+        assert_eq!(bench.taken(600), [0x100]);
     }
 
     #[test]
     fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
-        let (mut ring, mut image, answers) = ring_of(1);
-        assert!(!ring.bus_active(0, Instant(0)));
-        ring.cycle(Instant(0), &mut image, &answers, Verdict::Good);
-        ring.cycle(Instant(600 * MS), &mut image, &answers, Verdict::Bad { segment: 0 });
-        assert!(ring.bus_active(0, Instant(640 * MS)));
-        assert!(!ring.bus_active(0, Instant(640 * MS) + Duration::from_nanos(1)));
+        let mut bench = Bench::of(1);
+        assert!(!bench.ring.bus_active(0, Instant(0)));
+        bench.cycle(0, Verdict::Good);
+        bench.cycle(600, Verdict::Bad { segment: 0 });
+        assert!(bench.ring.bus_active(0, Instant(640 * MS)));
+        assert!(!bench.ring.bus_active(0, Instant(640 * MS) + Duration::from_nanos(1)));
     }
 }

@@ -3,9 +3,16 @@
 //! Nothing here reads a clock, starts a thread or opens a socket, and all chance comes from the scenario's seed:
 //! the same scenario and the same OUT words give the same words, to the bit.
 
+pub mod device_line;
 pub mod memory;
+pub mod motion;
 pub mod node;
 pub mod replay;
+pub mod scenario;
+pub mod state;
+pub mod world;
 
 pub use memory::{CellFault, Eeprom};
 pub use node::{Node, Surroundings};
+pub use scenario::{Scenario, ScenarioError};
+pub use world::{Cycled, World};

@@ -1,8 +1,17 @@
 //! One ring made reachable: it is cycled in real time, its process image is held for whoever asks, and what
-//! happens on it is told as views and events.
+//! happens on it can be seen and changed.
 //!
-//! The image is locked once per cycle and once per request; no lock is ever held over a wait.
+//! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
+//! a wait.
 
 pub mod image;
+pub mod keeper;
+pub mod pace;
+pub mod station;
+pub mod view;
 
 pub use image::SharedImage;
+pub use keeper::Keeper;
+pub use pace::Speed;
+pub use station::{Handle, Options, Outcome, Station, Stopped};
+pub use view::View;

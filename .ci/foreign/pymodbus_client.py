@@ -1,0 +1,120 @@
+"""A client that others wrote does the manuals' worked example on the built-in ring.
+
+Usage: pymodbus_client.py PATH-TO-ENCORING
+"""
+
+import contextlib
+import json
+import subprocess
+import sys
+import time
+
+from pymodbus.client import ModbusTcpClient
+
+DEADLINE_S = 10.0
+
+
+class Encoder:
+    """The two words of the encoder at one ring position."""
+
+    def __init__(self, client, position):
+        self.client, self.register = client, 2 * position
+
+    def write(self, word):
+        answer = self.client.write_registers(self.register, [word >> 16, word & 0xFFFF])
+        assert not answer.isError(), answer
+
+    def write_half(self, half, value):
+        answer = self.client.write_register(self.register + half, value)
+        assert not answer.isError(), answer
+
+    def read(self):
+        answer = self.client.read_input_registers(self.register, count=2)
+        assert not answer.isError(), answer
+        return answer.registers[0] << 16 | answer.registers[1]
+
+    def wait(self, what, condition):
+        until = time.monotonic() + DEADLINE_S
+        while time.monotonic() < until:
+            word = self.read()
+            if condition(word):
+                return word
+        raise AssertionError(f"waited {DEADLINE_S} s for {what}; last word {word:08X}")
+
+    def service(self, request):
+        """Data and number first, the service bit in a later cycle; then the reply, then the end."""
+        self.write(request & 0x7FFFFFFF)
+        self.wait("normal mode", lambda word: word >> 31 == 0)
+        time.sleep(0.01)
+        self.write(request)
+        reply = self.wait(f"the reply to {request:08X}", lambda word: word >> 31 == 1)
+        self.write(request & 0x7FFFFFFF)
+        self.wait("the end of the service", lambda word: word >> 31 == 0)
+        return reply
+
+
+def expect(what, got, expected):
+    assert got == expected, f"{what}: got {got:08X}, expected {expected:08X}"
+    print(f"{what}: {got:08X}")
+
+
+@contextlib.contextmanager
+def ring(program):
+    command = [program, "sim", "--modbus", "127.0.0.1:0", "--format", "json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sim:
+        try:
+            address = json.loads(sim.stdout.readline())["modbus"]
+            host, port = address.rsplit(":", 1)
+            client = ModbusTcpClient(host, port=int(port))
+            assert client.connect(), address
+            yield client
+            client.close()
+        finally:
+            sim.terminate()
+        assert sim.wait(DEADLINE_S) == 0, "sim ends with 0 on SIGTERM"
+
+
+def main(program):
+    with ring(program) as client:
+        linear, shaft, encoder = (Encoder(client, position) for position in range(3))
+
+        # 1000 steps a turn over ten turns: 3E8h * 0Ah / 1 - 1 = 270Fh.
+        expect("measuring length", encoder.service(0xC200270F), 0xC200270F)
+        expect("numerator", encoder.service(0xC300000A), 0xC300000A)
+        expect("denominator", encoder.service(0xC9000001), 0xC9000001)
+        expect("data check", encoder.service(0x88000000), 0x88000000)
+        expect("measuring length read back", encoder.service(0x82123456), 0x8200270F)
+        expect("an unknown service", encoder.service(0x87000000), 0xA7000000)
+        expect("its status", encoder.service(0x88000000), 0x88000080)
+
+        for name, moving in [("LA-66", linear), ("CE-100-M", shaft), ("CE-65-M", encoder)]:
+            first = moving.read()
+            second = moving.wait(f"the {name} to move", lambda word: word != first)
+            print(f"{name} moves: {first:08X} -> {second:08X}")
+
+        # The halves in two requests, the service bit first: the encoder takes a word that nobody meant.
+        shaft.write(0x0000FFFF)
+        time.sleep(0.01)
+        shaft.write_half(0, 0xC200)
+        torn = shaft.wait("the torn reply", lambda word: word >> 31 == 1)
+        shaft.write_half(1, 0x270F)
+        expect("a torn write is echoed torn", torn, 0xC200FFFF)
+        shaft.write(0)
+        shaft.wait("normal mode", lambda word: word >> 31 == 0)
+        expect("and was stored torn", shaft.service(0x82000000), 0x8200FFFF)
+
+        # Write and read in one request.
+        answer = client.readwrite_registers(
+            read_address=0, read_count=2, write_address=0, values=[0x4200, 0x1388]
+        )
+        assert not answer.isError() and answer.registers == [0x4200, 0x1388], answer
+        for problem in [
+            client.read_input_registers(6, count=1),
+            client.read_input_registers(5, count=2),
+            client.write_register(1000, 1),
+        ]:
+            assert problem.isError() and problem.exception_code == 2, problem
+    print("pymodbus: 1 passed, 0 failed")
+
+
+main(sys.argv[1])

@@ -1,0 +1,76 @@
+//! How every command ends and prints: the two formats, the exit codes, and pipes that close early.
+
+use std::io;
+use std::process::ExitCode;
+
+use clap::ValueEnum;
+
+/// What stands below the help of the whole program.
+pub(crate) const EXIT_CODES: &str = "\
+Exit codes: 0 yes, 1 no (a difference, a refusal), 2 bad input or bad usage,
+3 no answer or could not judge.";
+
+/// Who reads the output.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    /// For people.
+    #[default]
+    Text,
+    /// For programs: one JSON object, or one a line.
+    Json,
+}
+
+/// What a command found out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Answer {
+    Yes,
+    No,
+}
+
+/// Why a command has no answer.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// The user's fault; the message has the place, the value and what is allowed.
+    BadInput(String),
+    /// The output could not be written.
+    Output(io::Error),
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+impl From<serde_json::Error> for Failure {
+    fn from(error: serde_json::Error) -> Self {
+        Self::Output(error.into())
+    }
+}
+
+/// The input is wrong; `problem` says where and how.
+pub(crate) fn bad_input(problem: impl Into<String>) -> Failure {
+    Failure::BadInput(problem.into())
+}
+
+/// The exit code, after the error message if there is one.
+pub(crate) fn finish(result: Result<Answer, Failure>) -> ExitCode {
+    let (code, message) = match result {
+        Ok(Answer::Yes) => return ExitCode::SUCCESS,
+        Ok(Answer::No) => return ExitCode::from(1),
+        // Whoever read the output has seen enough.
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
+            return ExitCode::SUCCESS;
+        }
+        Err(Failure::BadInput(message)) => (2, message),
+        Err(Failure::Output(error)) => (3, format!("cannot write the output: {error}")),
+    };
+    note(&format!("error: {message}"));
+    ExitCode::from(code)
+}
+
+/// A line on standard error; if that is closed there is nobody to tell.
+pub(crate) fn note(line: &str) {
+    use io::Write;
+    let _ = writeln!(io::stderr(), "{line}");
+}

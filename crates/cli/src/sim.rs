@@ -1,0 +1,390 @@
+//! `encoring sim`: a ring of encoders that runs until it is stopped, reached over Modbus TCP.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, IsTerminal, Write};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration as Real;
+
+use clap::{Args, ValueEnum};
+use encoring_encoder::Unit;
+use encoring_modbus::{Counters, WordOrder};
+use encoring_sim::scenario::BUILT_IN;
+use encoring_sim::{Scenario, World, device_line, state};
+use encoring_station::{Keeper, Options, Outcome, Speed, Station, View};
+use encoring_trace::Writer;
+use encoring_words::Duration;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde_json::json;
+use tokio::net::TcpListener;
+use tokio::sync::watch;
+
+use crate::output::{Answer, Failure, Format, bad_input, note};
+
+/// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
+const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
+
+/// How often a stop by itself is looked for.
+const LOOK_EVERY: Real = Real::from_millis(20);
+
+/// Runs encoders on a simulated ring, reached over Modbus TCP.
+///
+/// Without a scenario: an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving. Position k of the ring has its OUT
+/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first.
+///
+/// Ends on Ctrl-C, on SIGTERM and after --for, with exit code 0 and the memories saved.
+#[derive(Args)]
+#[command(after_help = "\
+Examples:
+  encoring sim                                    the built-in ring on 127.0.0.1:5020
+  encoring sim --example > ring.toml              a scenario to start from
+  encoring sim ring.toml --state memories         encoders that remember
+  encoring sim --for 10s --speed max --record ring.csv --modbus off
+  encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
+  mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word")]
+pub(crate) struct Arguments {
+    /// What hangs on the ring and what happens to it.
+    scenario: Option<PathBuf>,
+    /// Address of the Modbus server: HOST:PORT, PORT on this machine, or off.
+    #[arg(long, value_name = "ADDR", default_value = MODBUS_DEFAULT)]
+    modbus: String,
+    /// Which word of an encoder has the lower register.
+    #[arg(long, value_name = "ORDER", default_value = "high-first")]
+    word_order: Order,
+    /// Modbus connections at one time.
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    modbus_connections: u16,
+    /// Seconds after which an idle Modbus connection is closed.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    modbus_idle: u32,
+    /// Address of the control port: HOST:PORT, PORT on this machine, or off.
+    #[arg(long, value_name = "ADDR", default_value = "off")]
+    control: String,
+    /// The page in the browser; only off so far.
+    #[arg(long, value_name = "ADDR", default_value = "off", value_parser = ["off"])]
+    web: String,
+    /// Folder of the encoders' memories; made if it is not there.
+    #[arg(long, value_name = "DIR")]
+    state: Option<PathBuf>,
+    /// Time on the ring after which it stops: 90, 90s, 1h 30m.
+    #[arg(long = "for", value_name = "TIME", value_parser = span)]
+    lasting: Option<Duration>,
+    /// How fast time passes: a factor from 0.001 to 1000, or max.
+    #[arg(long, value_name = "FACTOR|max", default_value = "1")]
+    speed: Speed,
+    /// Writes every exchange of every encoder to a trace that `replay` reads.
+    #[arg(long, value_name = "FILE.csv")]
+    record: Option<PathBuf>,
+    /// Prints the scenario of the built-in ring and ends.
+    #[arg(long, conflicts_with = "scenario")]
+    example: bool,
+    /// How to print.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Order {
+    HighFirst,
+    LowFirst,
+}
+
+/// A time as people write it; a plain number is seconds.
+fn span(text: &str) -> Result<Duration, String> {
+    let seconds = text.parse::<f64>().ok().filter(|s| s.is_finite() && *s >= 0.0);
+    let real = match seconds {
+        Some(seconds) => Real::try_from_secs_f64(seconds).map_err(|cause| cause.to_string()),
+        None => humantime::parse_duration(text).map_err(|cause| cause.to_string()),
+    }?;
+    match u64::try_from(real.as_nanos()) {
+        Ok(0) => Err("no time at all".to_owned()),
+        Ok(nanos) => Ok(Duration::from_nanos(nanos)),
+        Err(_) => Err("longer than 584 years".to_owned()),
+    }
+}
+
+/// An address to listen on; `None` for `off`.
+fn address(option: &str, text: &str) -> Result<Option<SocketAddr>, Failure> {
+    if text == "off" {
+        return Ok(None);
+    }
+    if let Ok(port) = text.parse::<u16>() {
+        return Ok(Some(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
+    }
+    let found = text.to_socket_addrs().ok().and_then(|mut addresses| addresses.next());
+    let wrong = || bad_input(format!("{option} {text}: no address; write HOST:PORT, PORT or off"));
+    found.map(Some).ok_or_else(wrong)
+}
+
+async fn listen(option: &str, address: Option<SocketAddr>) -> Result<Option<TcpListener>, Failure> {
+    let Some(address) = address else { return Ok(None) };
+    match TcpListener::bind(address).await {
+        Ok(listener) => Ok(Some(listener)),
+        Err(cause) if cause.kind() == io::ErrorKind::AddrInUse => {
+            Err(bad_input(format!("{option} {address}: the port is in use; choose another, or 0 for any")))
+        }
+        Err(cause) => Err(bad_input(format!("{option} {address}: {cause}"))),
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    if arguments.example {
+        io::stdout().lock().write_all(BUILT_IN.as_bytes())?;
+        return Ok(Answer::Yes);
+    }
+    let scenario = match &arguments.scenario {
+        Some(path) => Scenario::read(path),
+        None => Scenario::built_in(),
+    };
+    let scenario = scenario.map_err(bad_input)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(simulate(arguments, &scenario))
+}
+
+async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, Failure> {
+    // Everything that can be refused is looked at before anything is written.
+    let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
+    let control = listen("--control", address("--control", &arguments.control)?).await?;
+    let mut world = World::new(scenario).map_err(bad_input)?;
+    let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
+    let _lock = match &arguments.state {
+        Some(folder) => Some(remember(folder, &units, &mut world)?),
+        None => None,
+    };
+    let recording = arguments.record.as_deref().map(|file| Recording::start(file, &world)).transpose()?;
+    let (partial, record) = recording.map_or((None, None), |(partial, writer)| (Some(partial), Some(writer)));
+    let options = Options { speed: arguments.speed, until: arguments.lasting, record };
+    let station = Station::start(world, options)?;
+    let keeper = match &arguments.state {
+        Some(folder) => Some(
+            Keeper::start(station.handle().clone(), folder.clone(), units.clone()).map_err(bad_input)?,
+        ),
+        None => None,
+    };
+
+    let (stop, stopped) = watch::channel(());
+    let until_stopped = |mut stopped: watch::Receiver<()>| async move {
+        // The sender goes when the ring stops.
+        while stopped.changed().await.is_ok() {}
+    };
+    let mut report = Report { format: arguments.format, listening: serde_json::Map::new() };
+    let listening = [("modbus", &modbus), ("control", &control)];
+    for (name, listener) in listening {
+        if let Some(listener) = listener {
+            report.listening(name, listener.local_addr()?);
+        }
+    }
+    report.start(&station.handle().view().map_err(bad_input)?)?;
+
+    if let Some(listener) = modbus {
+        let options = encoring_modbus::Options {
+            word_order: match arguments.word_order {
+                Order::HighFirst => WordOrder::HighFirst,
+                Order::LowFirst => WordOrder::LowFirst,
+            },
+            connections: usize::from(arguments.modbus_connections),
+            idle: Real::from_secs(u64::from(arguments.modbus_idle)),
+        };
+        let image = station.handle().image().clone();
+        let counters = Arc::new(Counters::default());
+        tokio::spawn(encoring_modbus::serve(listener, image, options, counters, until_stopped(stopped.clone())));
+    }
+    if let Some(listener) = control {
+        let options = encoring_control::Options::default();
+        let ring = station.handle().clone();
+        tokio::spawn(encoring_control::serve(listener, ring, units.clone(), options, until_stopped(stopped)));
+    }
+    wait(&station, arguments.lasting).await?;
+    drop(stop);
+
+    let outcome = station.stop().map_err(bad_input)?;
+    if let Some(keeper) = keeper {
+        keeper.finish(&outcome.memories).map_err(bad_input)?;
+    }
+    finish_recording(partial, &outcome)?;
+    report.end(&outcome.view)?;
+    outcome.recording?;
+    Ok(Answer::Yes)
+}
+
+/// Waits until the ring has stopped or somebody wants it to.
+async fn wait(station: &Station, lasting: Option<Duration>) -> Result<(), Failure> {
+    let mut terminated = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
+    let progress = Progress::new(lasting);
+    loop {
+        tokio::select! {
+            pressed = tokio::signal::ctrl_c() => { pressed?; return Ok(()) }
+            _ = terminated.recv() => return Ok(()),
+            () = tokio::time::sleep(LOOK_EVERY) => {
+                if station.is_finished() {
+                    return Ok(());
+                }
+                progress.show(station);
+            }
+        }
+    }
+}
+
+/// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
+fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Failure> {
+    // First all are read, so that a folder with one foreign file is left as it is.
+    let memories: Vec<_> = units
+        .iter()
+        .enumerate()
+        .map(|(position, unit)| state::read(folder, position, unit))
+        .collect::<Result<_, _>>()
+        .map_err(bad_input)?;
+    let problem = |cause: io::Error| bad_input(format!("--state {}: {cause}", folder.display()));
+    fs::create_dir_all(folder).map_err(problem)?;
+    let lock = File::create(folder.join("lock")).map_err(problem)?;
+    lock.try_lock().map_err(|_| {
+        bad_input(format!("--state {}: another simulation uses this folder", folder.display()))
+    })?;
+    for (position, memory) in memories.into_iter().enumerate() {
+        if let Some(memory) = memory {
+            world.insert_memory(position, memory);
+        }
+    }
+    Ok(lock)
+}
+
+/// A recording under way: it gets its name when it is whole.
+struct Recording {
+    file: PathBuf,
+    partial: PathBuf,
+}
+
+impl Recording {
+    fn start(file: &Path, world: &World) -> Result<(Self, encoring_station::station::Record), Failure> {
+        let mut partial = file.as_os_str().to_owned();
+        partial.push(".partial");
+        let partial = PathBuf::from(partial);
+        let problem = |cause: io::Error| bad_input(format!("--record {}: {cause}", file.display()));
+        let sink = File::create(&partial).map_err(problem)?;
+        let devices: Vec<_> = world
+            .places()
+            .iter()
+            .enumerate()
+            .map(|(position, place)| {
+                device_line::to_device(position as u8, place.node().unit(), place.node().memory())
+            })
+            .collect();
+        let sink: Box<dyn Write + Send> = Box::new(BufWriter::with_capacity(1 << 16, sink));
+        let writer = Writer::recording(sink, &devices).map_err(problem)?;
+        Ok((Self { file: file.to_owned(), partial }, writer))
+    }
+}
+
+fn finish_recording(recording: Option<Recording>, outcome: &Outcome) -> Result<(), Failure> {
+    let Some(Recording { file, partial }) = recording else { return Ok(()) };
+    if let Err(cause) = &outcome.recording {
+        return Err(bad_input(format!("--record {}: {cause}; what was written is in {}", file.display(), partial.display())));
+    }
+    fs::rename(&partial, &file).map_err(|cause| bad_input(format!("--record {}: {cause}", file.display())))
+}
+
+/// A bar on the terminal for a run whose end is known.
+struct Progress(Option<(ProgressBar, u64)>);
+
+impl Progress {
+    fn new(lasting: Option<Duration>) -> Self {
+        let bar = lasting.filter(|_| io::stderr().is_terminal()).map(|lasting| {
+            let bar = ProgressBar::new(lasting.as_nanos() / 1_000_000);
+            let style = ProgressStyle::with_template("{bar:40} {percent:>3} % of the time on the ring, {eta} left");
+            (bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())), lasting.as_nanos())
+        });
+        Self(bar)
+    }
+
+    fn show(&self, station: &Station) {
+        if let (Some((bar, _)), Ok(view)) = (&self.0, station.handle().view()) {
+            bar.set_position(view.time_ns / 1_000_000);
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some((bar, _)) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// What is printed.
+struct Report {
+    format: Format,
+    listening: serde_json::Map<String, serde_json::Value>,
+}
+
+impl Report {
+    fn listening(&mut self, name: &str, address: SocketAddr) {
+        if !is_loopback(address.ip()) {
+            note(&format!("note: {name} {address} can be reached from the network, and asks nobody for a password"));
+        }
+        self.listening.insert(name.to_owned(), json!(address.to_string()));
+    }
+
+    fn start(&mut self, view: &View) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        if self.format == Format::Json {
+            let mut line = serde_json::Map::from_iter([("event".to_owned(), json!("listening"))]);
+            line.append(&mut self.listening);
+            writeln!(out, "{}", serde_json::Value::Object(line))?;
+            return out.flush();
+        }
+        let encoders = match view.devices.len() {
+            1 => "1 encoder".to_owned(),
+            several => format!("{several} encoders"),
+        };
+        writeln!(out, "{encoders} on a simulated ring, a cycle every {}", Duration::from_nanos(view.cycle_ns))?;
+        writeln!(out, "position  device  model     OUT holding  IN input  position now")?;
+        for device in &view.devices {
+            let register = 2 * device.position;
+            writeln!(
+                out,
+                "{:>8}  {:<6}  {:<8}  {:<11}  {:<8}  {}",
+                device.position,
+                device.device_number,
+                device.model,
+                format!("{register}, {}", register + 1),
+                format!("{register}, {}", register + 1),
+                device.value.map_or_else(|| "off".to_owned(), |value| value.to_string()),
+            )?;
+        }
+        for (name, address) in &self.listening {
+            writeln!(out, "{name} {}", address.as_str().unwrap_or_default())?;
+        }
+        out.flush()
+    }
+
+    fn end(&self, view: &View) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        let counters = view.counters;
+        if self.format == Format::Json {
+            let line = json!({
+                "event": "stopped",
+                "time_ns": view.time_ns,
+                "cycles": counters.cycles,
+                "faulty_cycles": counters.faulty_cycles,
+                "dropped_cycles": counters.dropped_cycles,
+            });
+            writeln!(out, "{line}")?;
+        } else {
+            writeln!(
+                out,
+                "stopped after {} on the ring: {} cycles, {} faulty, {} dropped",
+                Duration::from_nanos(view.time_ns),
+                counters.cycles,
+                counters.faulty_cycles,
+                counters.dropped_cycles
+            )?;
+        }
+        out.flush()
+    }
+}
+
+fn is_loopback(ip: IpAddr) -> bool {
+    ip.to_canonical().is_loopback()
+}

@@ -1,0 +1,539 @@
+//! What `decode` shows of a word: plain data for programs, and the same as text for people.
+
+mod text;
+
+use encoring_words::explain::{Answer, ByteField, Foreign, Legal};
+use encoring_words::parameter::{Code, CountingDirection, Direction, SsiValues};
+use encoring_words::word::{self, FIELDS, In, Out, ServiceFields, ServiceNumber};
+use encoring_words::{Access, ErrorStatus, InWord, Model, OutWord, Service, gray, ssi_frame};
+use serde::Serialize;
+
+/// A word with its meaning in one direction or in both.
+#[derive(Serialize)]
+pub(crate) struct WordView {
+    word: String,
+    high: String,
+    low: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    out: Option<OutView>,
+    #[serde(rename = "in", skip_serializing_if = "Option::is_none")]
+    input: Option<InView>,
+}
+
+/// The bits of a word, as both directions lay them out.
+#[derive(Serialize)]
+struct Bits {
+    service_bit: u32,
+    read_write_bit: u32,
+    error_bit: u32,
+    reserve: u32,
+    service: u32,
+    /// In service mode, if any encoder has the service.
+    service_name: Option<&'static str>,
+    data: u32,
+    data_hex: String,
+    /// A note on each of [`FIELDS`], for people.
+    #[serde(skip)]
+    notes: [String; FIELDS.len()],
+}
+
+#[derive(Serialize)]
+struct OutView {
+    meaning: String,
+    #[serde(flatten)]
+    bits: Bits,
+    models: Vec<OutModel>,
+    remarks: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct InView {
+    meaning: String,
+    #[serde(flatten)]
+    bits: Bits,
+    position: Option<Position>,
+    status: Option<StatusView>,
+    /// No encoder, or not the one asked for, sends the word.
+    foreign: bool,
+    models: Vec<InModel>,
+    remarks: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct Position {
+    value: u32,
+    hex: String,
+    /// The position, if the encoder is programmed to Gray; none if it cannot be.
+    from_gray: Option<u32>,
+    from_gray_hex: Option<String>,
+}
+
+#[derive(Serialize)]
+struct StatusView {
+    hex: String,
+    bits: Vec<StatusBitView>,
+}
+
+#[derive(Serialize)]
+struct StatusBitView {
+    bit: u8,
+    meaning: &'static str,
+    remedy: &'static str,
+}
+
+/// What a model makes of the service and its data.
+#[derive(Serialize)]
+struct DataView {
+    model: &'static str,
+    knows_service: bool,
+    range: Option<RangeView>,
+    bytes: Vec<ByteView>,
+    text: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct OutModel {
+    #[serde(flatten)]
+    data: DataView,
+    answer: &'static str,
+    status: Option<StatusView>,
+}
+
+#[derive(Serialize)]
+struct InModel {
+    #[serde(flatten)]
+    data: DataView,
+    /// Why the model does not send the word.
+    foreign: Option<String>,
+}
+
+#[derive(Serialize)]
+struct RangeView {
+    low: u32,
+    high: u32,
+    /// The measuring length in force ends the range before `high`.
+    up_to_measuring_length: bool,
+}
+
+#[derive(Serialize)]
+struct ByteView {
+    byte: u8,
+    name: Option<&'static str>,
+    value: u8,
+    low: u8,
+    high: u8,
+    meaning: String,
+}
+
+/// The meanings to show.
+#[derive(Clone, Copy)]
+pub(crate) struct Shown<'a> {
+    pub(crate) out: bool,
+    pub(crate) input: bool,
+    pub(crate) models: &'a [Model],
+}
+
+impl WordView {
+    pub(crate) fn new(word: u32, shown: Shown<'_>) -> Self {
+        let halves = OutWord(word);
+        Self {
+            word: halves.to_string(),
+            high: format!("{:04X}", halves.high()),
+            low: format!("{:04X}", halves.low()),
+            out: shown.out.then(|| OutView::new(halves, shown.models)),
+            input: shown.input.then(|| InView::new(InWord(word), shown.models)),
+        }
+    }
+}
+
+impl Bits {
+    /// `notes` from the read-write bit on; the service bit explains itself.
+    fn new(word: u32, notes: [String; FIELDS.len() - 1]) -> Self {
+        let service_bit = word::SERVICE_BIT.of(word);
+        let [read_write, error, reserve, service, data] = notes;
+        let mode = if service_bit == 1 { "service mode" } else { "normal mode" }.to_owned();
+        let name = match OutWord(word).decode() {
+            Out::Request(ServiceFields { service: ServiceNumber::Known(service), .. }) => {
+                Some(service.name())
+            }
+            _ => None,
+        };
+        Self {
+            service_bit,
+            read_write_bit: word::READ_WRITE_BIT.of(word),
+            error_bit: word::ERROR_BIT.of(word),
+            reserve: word::RESERVE_BIT.of(word),
+            service: word::SERVICE.of(word),
+            service_name: name,
+            data: word::DATA.of(word),
+            data_hex: format!("{:06X}", word::DATA.of(word)),
+            notes: [mode, read_write, error, reserve, service, data],
+        }
+    }
+}
+
+/// `text` if the bit is set.
+fn if_set(bit: bool, text: &str) -> String {
+    if bit { text.to_owned() } else { String::new() }
+}
+
+fn access_name(access: Access) -> String {
+    match access {
+        Access::Read => "read",
+        Access::Write => "write",
+    }
+    .to_owned()
+}
+
+fn service_note(service: ServiceNumber) -> String {
+    match service {
+        ServiceNumber::Known(service) => service.name(),
+        ServiceNumber::Unknown(_) => "no encoder has this service",
+    }
+    .to_owned()
+}
+
+/// `write measuring length in steps = 9999`
+fn deed(fields: ServiceFields, in_reply: bool) -> String {
+    let access = access_name(fields.access);
+    let data = fields.data;
+    let service = match fields.service {
+        ServiceNumber::Unknown(number) => {
+            return format!("{access} service {number:02X}, which no encoder has");
+        }
+        ServiceNumber::Known(service) => service,
+    };
+    match (service, fields.access) {
+        (Service::DataCheck, Access::Read) => "data check".to_owned(),
+        (Service::PresetAdjustment, Access::Write) => format!("preset adjustment to {data}"),
+        (Service::DataCheck | Service::PresetAdjustment, _) => format!("{access} {}", service.name()),
+        (_, Access::Read) if !in_reply => format!("read {}", service.name()),
+        (Service::CountingDirection | Service::SsiValues, _) => {
+            format!("{access} {} = {data:06X}h", service.name())
+        }
+        _ => format!("{access} {} = {data}", service.name()),
+    }
+}
+
+impl OutView {
+    fn new(word: OutWord, models: &[Model]) -> Self {
+        let no_effect = || "no effect".to_owned();
+        match word.decode() {
+            Out::Normal(bits) => {
+                let data = format!("{}, no effect", word::DATA.of(bits));
+                let notes = [no_effect(), no_effect(), no_effect(), no_effect(), data];
+                let prepared = OutWord(bits | word::SERVICE_BIT.mask());
+                let remarks = match prepared.decode() {
+                    Out::Request(request @ ServiceFields { service: ServiceNumber::Known(_), .. }) => {
+                        vec![format!("with the service bit 1 it is {prepared}: {}", deed(request, false))]
+                    }
+                    _ => Vec::new(),
+                };
+                let meaning = "normal mode, no service is requested".to_owned();
+                Self { meaning, bits: Bits::new(word.0, notes), models: Vec::new(), remarks }
+            }
+            Out::Request(request) => {
+                let data = match request.access {
+                    Access::Read => format!("{}, without meaning", request.data),
+                    Access::Write => request.data.to_string(),
+                };
+                let notes = [
+                    access_name(request.access),
+                    if_set(request.error, "the encoder ignores it"),
+                    if_set(request.reserve, "should be 0; the encoder ignores it"),
+                    service_note(request.service),
+                    data,
+                ];
+                Self {
+                    meaning: format!("request: {}", deed(request, false)),
+                    bits: Bits::new(word.0, notes),
+                    models: models.iter().map(|model| OutModel::new(request, *model)).collect(),
+                    remarks: Vec::new(),
+                }
+            }
+        }
+    }
+}
+
+impl OutModel {
+    fn new(request: ServiceFields, model: Model) -> Self {
+        let answer = Answer::to(request, model);
+        let mut data = DataView::new(request, model, request.access == Access::Write);
+        let (name, status) = match answer {
+            Answer::Done => ("done", None),
+            Answer::RefusedAboveLength { status } => ("refused_above_measuring_length", Some(status)),
+            Answer::CheckedAgainstLength { status } => ("checked_against_measuring_length", Some(status)),
+            Answer::Invalid { status } => ("invalid", Some(status)),
+            Answer::Refused { status } => ("refused", Some(status)),
+        };
+        data.text.extend(outcome(request, model, answer));
+        Self { data, answer: name, status: status.map(StatusView::new) }
+    }
+}
+
+/// What a model does with a request, in a few lines.
+fn outcome(request: ServiceFields, model: Model, answer: Answer) -> Vec<String> {
+    let shown = |status: ErrorStatus| match powers(status) {
+        bits if bits.is_empty() => "error bit, but no status bit".to_owned(),
+        bits => format!("error bit, status {bits}"),
+    };
+    let mut lines: Vec<String> = match answer {
+        Answer::Invalid { .. } => Vec::new(),
+        Answer::Refused { .. } => vec![refusal(request, model).to_owned()],
+        _ => effect(request, model).iter().map(|line| (*line).to_owned()).collect(),
+    };
+    match answer {
+        Answer::Done => {}
+        Answer::RefusedAboveLength { status } => {
+            lines.push(format!("above the measuring length refused: {}", shown(status)));
+        }
+        Answer::CheckedAgainstLength { status } => {
+            lines.push(format!("above the measuring length the data check finds status {}", powers(status)));
+        }
+        Answer::Invalid { status } => {
+            lines.push(format!("stored, but {}", shown(status)));
+            lines.extend(status.explain().map(|bit| format!("remedy: {}", bit.remedy)));
+        }
+        Answer::Refused { status } => lines.push(format!("refused: {}", shown(status))),
+    }
+    lines
+}
+
+fn effect(request: ServiceFields, model: Model) -> &'static [&'static str] {
+    match (request.service, request.access, model) {
+        (ServiceNumber::Known(Service::DataCheck), _, Model::La66) => {
+            &["returns the error status and clears the error bit"]
+        }
+        (ServiceNumber::Known(Service::DataCheck), ..) => &[
+            "checks the programmed values and takes them over",
+            "returns the error status and clears the error bit",
+        ],
+        (_, Access::Read, _) => &["returns the programmed value"],
+        (ServiceNumber::Known(Service::PresetAdjustment), ..) | (_, _, Model::La66) => {
+            &["takes effect at once"]
+        }
+        _ => &["takes effect with the data check (88000000) or with power off and on"],
+    }
+}
+
+/// Why a model refuses a request, and what would be right.
+fn refusal(request: ServiceFields, model: Model) -> &'static str {
+    match (request.service, request.access) {
+        (ServiceNumber::Known(service), access) if service.known_to(model) => {
+            match (service.allows(access), access) {
+                (true, _) => "outside the range; the old value stays",
+                (false, Access::Write) => "only reading allowed: set bit 2^30 (read-write bit) to 0",
+                (false, Access::Read) => "only writing allowed: set bit 2^30 (read-write bit) to 1",
+            }
+        }
+        _ => "does not have this service: check the service number",
+    }
+}
+
+impl InView {
+    fn new(word: InWord, models: &[Model]) -> Self {
+        let judged: Vec<_> = models.iter().map(|model| Foreign::judge(word, *model).err()).collect();
+        let foreign = judged.iter().all(Option::is_some);
+        let pending = |error| if error { "an error is pending" } else { "no error is pending" }.to_owned();
+        let mut remarks = Vec::new();
+        let mut told = false;
+        if foreign {
+            let sender = match models {
+                [model] => model.name(),
+                _ => "encoder",
+            };
+            let mut reasons = judged.iter().flatten().map(Foreign::to_string);
+            let first = reasons.next().unwrap_or_default();
+            // Reasons that differ stand with their models.
+            told = reasons.all(|reason| reason == first);
+            remarks.push(format!("no {sender} sends this{}", if_set(told, &format!(": {first}"))));
+        }
+        if word.error_bit() {
+            remarks.extend(error_advice(word).map(str::to_owned));
+        }
+        let reply = match word.decode() {
+            In::Position { .. } | In::Foreign(_) => {
+                let value = word::DATA.of(word.0);
+                let zero = |field: word::Field| if_set(field.of(word.0) != 0, "always 0 in normal mode");
+                let notes = [
+                    zero(word::READ_WRITE_BIT),
+                    pending(word.error_bit()),
+                    zero(word::RESERVE_BIT),
+                    zero(word::SERVICE),
+                    value.to_string(),
+                ];
+                let position = (!foreign).then(|| Position::new(value, models));
+                let meaning = if foreign { "not a position".to_owned() } else { format!("position {value}") };
+                let bits = Bits::new(word.0, notes);
+                return Self { meaning, bits, position, status: None, foreign, models: Vec::new(), remarks };
+            }
+            In::Reply(reply) => reply,
+        };
+        let notes = [
+            access_name(reply.access),
+            pending(reply.error),
+            if_set(reply.reserve, "always 0"),
+            service_note(reply.service),
+            reply.data.to_string(),
+        ];
+        let is_status =
+            reply.service == ServiceNumber::Known(Service::DataCheck) && reply.access == Access::Read;
+        let status = is_status.then(|| StatusView::new(ErrorStatus::from_bits_retain(reply.data as u16)));
+        Self {
+            meaning: format!("reply: {}", deed(reply, true)),
+            bits: Bits::new(word.0, notes),
+            position: None,
+            status,
+            foreign,
+            models: models
+                .iter()
+                .zip(judged)
+                .map(|(model, why)| InModel::new(reply, *model, why, told))
+                .collect(),
+            remarks,
+        }
+    }
+}
+
+/// What to do about an error bit.
+fn error_advice(word: InWord) -> [&'static str; 2] {
+    let next = match word.decode() {
+        In::Reply(ServiceFields {
+            service: ServiceNumber::Known(Service::DataCheck),
+            access: Access::Read,
+            ..
+        }) => "the error remains: correct it, then repeat the data check (88000000)",
+        _ => "a data check (88000000) tells the error and clears the error bit",
+    };
+    ["error bit 1: make the machine safe first, e.g. stop the axis", next]
+}
+
+impl InModel {
+    /// `told`: the reason already stands with the word.
+    fn new(reply: ServiceFields, model: Model, foreign: Option<Foreign>, told: bool) -> Self {
+        // Only what was carried out is a value of the service; a refused read says nothing.
+        let carries_value = !(reply.access == Access::Read && Answer::to(reply, model).sets_error_bit());
+        let mut data = DataView::new(reply, model, carries_value);
+        if !data.knows_service {
+            data.text.push("does not have this service".to_owned());
+        }
+        let foreign = foreign.map(|foreign| foreign.to_string());
+        if !told {
+            data.text.extend(foreign.iter().map(|reason| format!("does not send this: {reason}")));
+        }
+        Self { data, foreign }
+    }
+}
+
+impl Position {
+    fn new(value: u32, models: &[Model]) -> Self {
+        let gray = models.iter().any(|model| model.data_sheet().gray).then(|| gray::decode(value));
+        Self {
+            value,
+            hex: format!("{value:06X}"),
+            from_gray: gray,
+            from_gray_hex: gray.map(|value| format!("{value:06X}")),
+        }
+    }
+}
+
+impl StatusView {
+    fn new(status: ErrorStatus) -> Self {
+        let bits = status.explain().map(|entry| StatusBitView {
+            bit: entry.bit,
+            meaning: entry.meaning,
+            remedy: entry.remedy,
+        });
+        Self { hex: format!("{:04X}", status.bits()), bits: bits.collect() }
+    }
+}
+
+/// `2^2, 2^7`
+fn powers(status: ErrorStatus) -> String {
+    status.explain().map(|entry| format!("2^{}", entry.bit)).collect::<Vec<_>>().join(", ")
+}
+
+impl DataView {
+    fn new(fields: ServiceFields, model: Model, has_data: bool) -> Self {
+        let ServiceNumber::Known(service) = fields.service else {
+            return Self {
+                model: model.name(),
+                knows_service: false,
+                range: None,
+                bytes: Vec::new(),
+                text: Vec::new(),
+            };
+        };
+        let mut view = Self {
+            model: model.name(),
+            knows_service: service.known_to(model),
+            range: None,
+            bytes: Vec::new(),
+            text: Vec::new(),
+        };
+        match Legal::of(service, model) {
+            None => {}
+            Some(Legal::Whole { low, high }) => {
+                view.range = Some(RangeView { low, high, up_to_measuring_length: false });
+                view.text.push(format!("range {low:X}h..{high:X}h ({low}..{high})"));
+                if has_data && service == Service::CountingDirection && fields.data <= high {
+                    let direction = CountingDirection::from_data(fields.data).direction;
+                    view.text.push(format!("{}: {}", fields.data, direction_name(direction, model)));
+                }
+            }
+            Some(Legal::UpToMeasuringLength) => {
+                view.range = Some(RangeView { low: 0, high: word::DATA_MAX, up_to_measuring_length: true });
+                view.text.push("range 0..measuring length in steps (service 02)".to_owned());
+            }
+            Some(Legal::Bytes(bytes)) => {
+                for byte in bytes {
+                    let ByteField { byte: number, name, low, high } = byte;
+                    let value = byte.of(fields.data);
+                    let meaning =
+                        if has_data { byte_meaning(service, byte, fields.data) } else { String::new() };
+                    let line = match name {
+                        None => "without meaning".to_owned(),
+                        Some(name) if has_data => format!("{name} ({low:X}h..{high:X}h): {meaning}"),
+                        Some(name) => format!("{name} ({low:X}h..{high:X}h)"),
+                    };
+                    let value_hex = if has_data { format!("  {value:02X}") } else { String::new() };
+                    view.text.push(format!("byte {number}{value_hex}  {line}"));
+                    view.bytes.push(ByteView { byte: number, name, value, low, high, meaning });
+                }
+            }
+        }
+        view
+    }
+}
+
+fn direction_name(direction: Direction, model: Model) -> &'static str {
+    match (model, direction) {
+        (Model::La66, Direction::Rising) => "increasing towards the end of the rod",
+        (Model::La66, Direction::Falling) => "decreasing towards the end of the rod",
+        (_, Direction::Rising) => "rising clockwise, looking at the shaft",
+        (_, Direction::Falling) => "falling clockwise, looking at the shaft",
+    }
+}
+
+fn byte_meaning(service: Service, byte: ByteField, data: u32) -> String {
+    let code = || match Code::from_byte(byte.of(data)) {
+        Code::Binary => "binary",
+        Code::Gray => "Gray",
+    };
+    let values = SsiValues::from_data(data);
+    match (service, byte.byte) {
+        (Service::CountingDirection, 0) => {
+            direction_name(CountingDirection::from_data(data).direction, Model::Ce65M).to_owned()
+        }
+        (_, 1) => code().to_owned(),
+        (Service::SsiValues, 2) => if values.repetition { "with" } else { "without" }.to_owned(),
+        (Service::SsiValues, 0) => match values.bits {
+            bits if u32::from(bits) < u32::from(byte.low) || bits > byte.high => format!("{bits}, outside"),
+            24 => "24".to_owned(),
+            bits if values.repetition => format!("{bits}, but the repetition makes it 24"),
+            ssi_frame::AK40_BITS => "31, the AK-40 format (firmware from week 41/1997)".to_owned(),
+            bits => bits.to_string(),
+        },
+        _ => String::new(),
+    }
+}

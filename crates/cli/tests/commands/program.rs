@@ -1,0 +1,77 @@
+//! What all commands share: help, version, completions, bad usage.
+
+use super::{Run, encoring};
+use std::process::{Command, Stdio};
+
+#[test]
+fn every_command_explains_itself_with_examples() {
+    for command in ["decode", "replay", "completions"] {
+        let Run { code, out, err } = encoring(&[command, "--help"], b"");
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{command}");
+        assert!(out.contains(&format!("Examples:\n  encoring {command}")), "{out}");
+        let widest = out.lines().map(str::len).max();
+        assert!(widest <= Some(100), "{command}: {widest:?}");
+    }
+    let Run { code, out, .. } = encoring(&["--help"], b"");
+    assert_eq!(code, Some(0));
+    assert!(out.contains("Exit codes: 0 yes"), "{out}");
+}
+
+#[test]
+fn it_knows_its_version() {
+    let Run { code, out, .. } = encoring(&["--version"], b"");
+    assert_eq!((code, out), (Some(0), format!("encoring {}\n", env!("CARGO_PKG_VERSION"))));
+}
+
+#[test]
+fn bad_usage_is_exit_code_2() {
+    for arguments in [&[][..], &["fly"], &["replay"], &["decode", "--fly"], &["completions", "cmd"]] {
+        let Run { code, out, err } = encoring(arguments, b"");
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{arguments:?}");
+        assert!(!err.is_empty(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn every_shell_gets_a_script_that_knows_the_commands() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let Run { code, out, err } = encoring(&["completions", shell], b"");
+        assert_eq!((code, err.as_str()), (Some(0), ""), "{shell}");
+        for word in ["decode", "replay", "service-times", "ce-100-m"] {
+            assert!(out.contains(word) || shell != "bash", "{shell}: {word}");
+        }
+        assert!(out.contains("replay"), "{shell}");
+    }
+}
+
+#[test]
+fn a_pipe_that_closes_early_ends_every_command_quietly() {
+    for arguments in [
+        "decode",
+        "decode --format json",
+        "replay --model ce-65-m --print -",
+        "replay --model ce-65-m -",
+        "completions bash",
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_encoring"))
+            .args(arguments.split(' '))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(child.stdout.take());
+        let mut stdin = child.stdin.take().unwrap();
+        let input = if arguments.starts_with("decode") { "C200270F\n" } else { "in\n00000001\n" };
+        let writer = std::thread::spawn(move || {
+            use std::io::Write;
+            // A program that has ended reads no more.
+            let _ = stdin.write_all(input.as_bytes());
+        });
+        let output = child.wait_with_output().unwrap();
+        writer.join().unwrap();
+        let err = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments}: {err}");
+        assert!(!err.contains("error"), "{arguments}: {err}");
+    }
+}

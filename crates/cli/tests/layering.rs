@@ -1,0 +1,61 @@
+//! The table of allowed edges in ARCHITECTURE.md is the truth about what may depend on what.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+const PREFIX: &str = "encoring-";
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// The names in backticks of a table cell.
+fn names(cell: &str) -> BTreeSet<String> {
+    cell.split('`').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+fn allowed() -> BTreeMap<String, BTreeSet<String>> {
+    let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    let (_, section) = page.split_once("## Allowed edges").unwrap();
+    let (section, _) = section.split_once("\n## ").unwrap();
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    rows.map(|row| {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
+        let [of, may_use] = cells[..] else { panic!("two cells in {row}") };
+        (names(of).into_iter().next().unwrap(), names(may_use))
+    })
+    .collect()
+}
+
+#[test]
+fn no_crate_depends_on_another_that_the_architecture_does_not_allow() {
+    let allowed = allowed();
+    let metadata = MetadataCommand::new().manifest_path(root().join("Cargo.toml")).no_deps().exec().unwrap();
+    let mut seen = BTreeSet::new();
+    for package in &metadata.packages {
+        let Some(name) = package.name.strip_prefix(PREFIX) else {
+            panic!("package {} is not named {PREFIX}FOLDER", package.name)
+        };
+        let folder = package.manifest_path.parent().unwrap().file_name().unwrap();
+        assert_eq!(folder, name, "a package has the name of its folder");
+        let may_use = allowed.get(name).unwrap_or_else(|| panic!("{name} has no row in ARCHITECTURE.md"));
+        let edges = package.dependencies.iter().filter(|edge| edge.kind != DependencyKind::Build);
+        for edge in edges.filter_map(|edge| edge.name.strip_prefix(PREFIX)) {
+            assert!(may_use.contains(edge), "{name} -> {edge} is not in the table of ARCHITECTURE.md");
+        }
+        seen.insert(name.to_owned());
+    }
+    let rows: BTreeSet<String> = allowed.into_keys().collect();
+    assert_eq!(rows, seen, "the table has a row for every crate and no other");
+}
+
+#[test]
+fn the_core_builds_without_the_standard_library() {
+    for core in ["words", "encoder", "ring"] {
+        let lib = std::fs::read_to_string(root().join(format!("crates/{core}/src/lib.rs"))).unwrap();
+        assert!(lib.lines().any(|line| line == "#![no_std]"), "{core}");
+        assert!(!lib.contains("extern crate alloc"), "{core}");
+    }
+}

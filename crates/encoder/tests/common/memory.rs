@@ -1,0 +1,128 @@
+//! An EEPROM as bytes, with what can be wrong with it.
+
+use embedded_storage::{ReadStorage, Storage};
+use encoring_encoder::records::EEPROM_BYTES;
+
+/// How a cell fails.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellFault {
+    /// Reading it is answered with an error.
+    Read,
+    /// Writing it is answered with an error, and it keeps its byte.
+    Write,
+    /// It is written without complaint and always reads as this byte.
+    Stuck(u8),
+}
+
+/// The memory did not do what it was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refused;
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Memory {
+    bytes: Vec<u8>,
+    faults: Vec<(Option<usize>, CellFault)>,
+    /// Bytes that can still be written before the power is cut.
+    budget: Option<usize>,
+    cut: bool,
+    written: usize,
+}
+
+impl Memory {
+    /// As it comes from its maker.
+    pub fn blank() -> Self {
+        Self::from_image(vec![0xFF; EEPROM_BYTES])
+    }
+
+    pub fn from_image(bytes: Vec<u8>) -> Self {
+        assert_eq!(bytes.len(), EEPROM_BYTES);
+        Self { bytes, faults: Vec::new(), budget: None, cut: false, written: 0 }
+    }
+
+    pub fn image(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    pub fn image_mut(&mut self) -> &mut [u8] {
+        &mut self.bytes
+    }
+
+    /// Makes one cell fail.
+    pub fn break_cell(&mut self, cell: usize, fault: CellFault) {
+        self.faults.push((Some(cell), fault));
+    }
+
+    /// Makes every cell fail.
+    pub fn break_all(&mut self, fault: CellFault) {
+        self.faults.push((None, fault));
+    }
+
+    pub fn repair(&mut self) {
+        self.faults.clear();
+    }
+
+    /// Cuts the power when so many more bytes have been written: from then on nothing is written or read.
+    pub fn cut_after(&mut self, bytes: usize) {
+        self.budget = Some(bytes);
+    }
+
+    /// The power is back.
+    pub fn power_back(&mut self) {
+        self.budget = None;
+        self.cut = false;
+    }
+
+    /// Bytes written so far.
+    pub fn written(&self) -> usize {
+        self.written
+    }
+
+    fn faults_at(&self, cell: usize) -> impl Iterator<Item = CellFault> {
+        self.faults.iter().filter(move |(at, _)| at.is_none_or(|at| at == cell)).map(|(_, fault)| *fault)
+    }
+}
+
+impl ReadStorage for Memory {
+    type Error = Refused;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+        if self.cut {
+            return Err(Refused);
+        }
+        for (cell, byte) in (offset as usize..).zip(bytes) {
+            *byte = *self.bytes.get(cell).ok_or(Refused)?;
+            for fault in self.faults_at(cell) {
+                match fault {
+                    CellFault::Read => return Err(Refused),
+                    CellFault::Stuck(stuck) => *byte = stuck,
+                    CellFault::Write => {}
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl Storage for Memory {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
+        for (cell, byte) in (offset as usize..).zip(bytes) {
+            if self.cut || self.budget == Some(0) {
+                self.cut = true;
+                return Err(Refused);
+            }
+            if self.faults_at(cell).any(|fault| fault == CellFault::Write) {
+                return Err(Refused);
+            }
+            *self.bytes.get_mut(cell).ok_or(Refused)? = *byte;
+            self.written += 1;
+            if let Some(budget) = &mut self.budget {
+                *budget -= 1;
+            }
+        }
+        Ok(())
+    }
+}

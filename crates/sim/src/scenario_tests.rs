@@ -1,0 +1,165 @@
+use super::*;
+
+fn parse(text: &str) -> Result<Scenario, String> {
+    Scenario::parse("s.toml", text, Path::new("")).map_err(|error| error.to_string())
+}
+
+const ONE: &str = "version = 1\n[[device]]\nposition = 0\nmodel = \"ce-100-m\"\n";
+
+#[test]
+fn the_built_in_ring_has_one_of_each_and_all_move() {
+    let scenario = Scenario::built_in().unwrap();
+    let models: Vec<Model> = scenario.devices.iter().map(|device| device.unit.model()).collect();
+    assert_eq!(models, [Model::La66, Model::Ce100M, Model::Ce65M]);
+    for device in &scenario.devices {
+        assert_ne!(device.motion.at(Duration::from_millis(100)), device.motion.at(Duration::from_secs(1)));
+    }
+}
+
+#[test]
+fn every_key_of_the_format_is_read() {
+    let scenario = parse(
+        r#"
+version = 1
+seed = 9
+[ring]
+kbit_s = 2000
+software_us = 0
+cable_m = 100
+faulty_per_million = 20
+[[device]]
+position = 1
+model = "ce-65-m"
+native = 8192
+firmware = "40/1997"
+service_times = { read_ms = 0.5, data_check_ms = 3 }
+zero_loss = "worst"
+motion = { kind = "speed", start = 7, rpm = 60 }
+[[device]]
+position = 0
+model = "la-66"
+rod_mm = 1000
+service_times = "zero"
+motion = { kind = "hold", raw = 5 }
+[[event]]
+at_s = 2.5
+position = 0
+set = { preset1_v = 24.0, supply_v = 10.45, magnet = false, raw = 3, eeprom = { fault = "stuck", cell = 511, value = 255 } }
+[[event]]
+at_s = 1
+segment = 2
+line = "silent"
+for_s = 0.5
+"#,
+    )
+    .unwrap();
+    assert_eq!(scenario.seed, 9);
+    assert_eq!(scenario.cycle_time, CycleTime { bit: BIT_2M, software: Duration::ZERO, cable_m: 100 });
+    assert_eq!(scenario.faulty_per_million, 20);
+    let [rod, shaft] = &scenario.devices[..] else { panic!("two devices") };
+    assert_eq!(rod.unit.sensor(), Sensor::Linear { rod_um: 1_000_000 });
+    assert_eq!(rod.unit.service_times, ServiceTimes::ZERO);
+    assert_eq!(shaft.unit.firmware, "40/1997".parse().unwrap());
+    assert_eq!(shaft.unit.service_times.read, Duration::from_micros(500));
+    assert_eq!(shaft.unit.service_times.write, Duration::from_millis(10));
+    assert_eq!(shaft.unit.service_times.data_check, Duration::from_millis(3));
+    assert_eq!(shaft.unit.zero_loss, ZeroLoss::WorstAllowed);
+    assert_eq!(shaft.motion, Motion::Speed { start: 7, micro_per_s: 8_192_000_000 });
+    assert_eq!(
+        scenario.events,
+        [
+            Event {
+                at: Instant(1_000_000_000),
+                what: Happening::Line {
+                    segment: 2,
+                    fault: LineFault::Silent,
+                    lasting: Duration::from_millis(500)
+                },
+            },
+            Event {
+                at: Instant(2_500_000_000),
+                what: Happening::Device {
+                    position: 0,
+                    changes: vec![
+                        Change::Supply(10_450),
+                        Change::MemoryFault(CellFault::Stuck(255), Some(511)),
+                        Change::Magnet(Magnet::Missing),
+                        Change::Motion(NewMotion::Motion(Motion::Hold { raw: 3 })),
+                        Change::Preset { input: 0, millivolts: 24_000 },
+                    ],
+                },
+            },
+        ]
+    );
+}
+
+#[test]
+fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
+    let wrong = |text: &str| parse(text).unwrap_err();
+    let one = |more: &str| wrong(&format!("{ONE}{more}"));
+    for (message, part) in [
+        (
+            wrong("version = 2\n[[device]]\nposition = 0\nmodel = \"la-66\"\n"),
+            "s.toml line 1: version 2; this program reads version 1",
+        ),
+        (wrong("version = 1\n"), "s.toml: no [[device]]; a ring holds at least one encoder"),
+        (one("rodd_mm = 3\n"), "s.toml line 5: unknown field `rodd_mm`"),
+        (
+            one("rod_mm = 3\n"),
+            "s.toml line 2: device at position 0: rod_mm is for the la-66; a ce-100-m has native",
+        ),
+        (one("native = 8192\n"), "device at position 0: 8192 steps per turn; a ce-100-m has 4096"),
+        (one("firmware = \"41/97\"\n"), "firmware \"41/97\": a firmware week is written WW/YYYY"),
+        (one("[[device]]\nposition = 0\nmodel = \"la-66\"\n"), "s.toml line 5: position 0 is taken twice"),
+        (one("[[device]]\nposition = 2\nmodel = \"la-66\"\n"), "line 5: position 2; the limits are 0 and 1"),
+        (
+            one("[[device]]\nposition = 1\nmodel = \"ce-65\"\n"),
+            "model \"ce-65\"; the models are la-66, ce-100-m and ce-65-m",
+        ),
+        (
+            one("[[device]]\nposition = 1\nmodel = \"la-66\"\nrod_mm = 0\n"),
+            "line 5: device at position 1: rod_mm 0; the limits are 1 and 167772",
+        ),
+        (
+            one("[[event]]\nat_s = -1\nposition = 0\nset = { raw = 1 }\n"),
+            "line 5: at_s -1; the limits are 0 and 1000000000",
+        ),
+        (
+            one("[[event]]\nat_s = 1\nposition = 1\nset = { raw = 1 }\n"),
+            "line 5: position 1; the limits are 0 and 0",
+        ),
+        (one("[[event]]\nat_s = 1\nposition = 0\nset = { magnet = true }\n"), "magnet: a ce-100-m has none"),
+        (one("[[event]]\nat_s = 1\nposition = 0\nset = { }\n"), "nothing is set"),
+        (
+            one("[[event]]\nat_s = 1\nposition = 0\nset = { supply_v = 1001 }\n"),
+            "supply_v 1001; the limits are 0 and 1000",
+        ),
+        (
+            one("[[event]]\nat_s = 1\nposition = 0\nset = { supply_v = nan }\n"),
+            "supply_v NaN; the limits are 0 and 1000",
+        ),
+        (one("[[event]]\nat_s = 1\nposition = 0\n"), "an event has position and set, or segment and line"),
+        (one("[[event]]\nat_s = 1\nsegment = 2\nline = \"bad\"\n"), "segment 2; the limits are 0 and 1"),
+        (
+            one("motion = { kind = \"sine\", center = 0, amplitude = 1, period_s = 0 }\n"),
+            "period_s 0; a swing takes time",
+        ),
+        (one("motion = { kind = \"speed\" }\n"), "speed takes either per_s or rpm"),
+        (one("motion = { kind = \"speed\", rpm = 1e9 }\n"), "the limits are -1000000000 and 1000000000"),
+        (one("motion = { kind = \"csv\", file = \"no-such-file.csv\" }\n"), "no-such-file.csv: "),
+        (one("[ring]\nkbit_s = 1000\n"), "kbit_s 1000; the bus has 500 or 2000"),
+    ] {
+        assert!(message.contains(part), "{message:?} does not say {part:?}");
+        assert_eq!(message.lines().count(), 1, "{message:?}");
+    }
+}
+
+#[test]
+fn a_ring_holds_128_encoders_and_no_more() {
+    let ring = |encoders: usize| {
+        let devices = (0..encoders).map(|k| format!("[[device]]\nposition = {k}\nmodel = \"ce-65-m\"\n"));
+        parse(&format!("version = 1\n{}", devices.collect::<String>()))
+    };
+    assert_eq!(ring(128).unwrap().devices.len(), 128);
+    assert_eq!(ring(129).unwrap_err(), "s.toml line 386: 129 encoders; the limit is 128");
+}

@@ -1,0 +1,359 @@
+//! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
+
+use encoring_encoder::Terminals;
+use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict, WordRing};
+use encoring_trace::{Input, Row};
+use encoring_words::{Duration, InWord, Instant, OutWord};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::memory::Eeprom;
+use crate::motion::Motion;
+use crate::node::{Node, OFF_BELOW_MV, Surroundings};
+use crate::scenario::{Change, Event, Happening, LineFault, NewMotion, Scenario};
+
+/// A ring of encoders and everything around them.
+#[derive(Clone, Debug)]
+pub struct World {
+    now: Instant,
+    cycle_time: Duration,
+    ring: WordRing,
+    places: Vec<Place>,
+    /// What each device loads at the start of the next cycle.
+    answers: Vec<Option<InWord>>,
+    events: Vec<Event>,
+    next_event: usize,
+    line: Option<LineTrouble>,
+    faulty_per_million: u32,
+    chance: Pcg64Mcg,
+    recorded: Option<Vec<Row>>,
+}
+
+/// One place of the ring.
+#[derive(Clone, Debug)]
+pub struct Place {
+    node: Node,
+    motion: Motion,
+    motion_since: Instant,
+    around: Surroundings,
+    last_exchange: Instant,
+    /// The device has not had its supply all through the present cycle.
+    interrupted: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct LineTrouble {
+    segment: usize,
+    fault: LineFault,
+    since: Instant,
+    lasting: Duration,
+}
+
+/// A cycle of the ring, as it went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cycled {
+    /// When it ended.
+    pub at: Instant,
+    /// How it went.
+    pub verdict: Verdict,
+}
+
+impl World {
+    /// The world of a scenario, its encoders new.
+    ///
+    /// # Errors
+    /// [`TooManyEncoders`] above 128.
+    pub fn new(scenario: &Scenario) -> Result<Self, TooManyEncoders> {
+        let encoders = scenario.devices.len();
+        if encoders > ENCODERS_MAX {
+            return Err(TooManyEncoders { encoders });
+        }
+        let places = scenario.devices.iter().map(|device| Place {
+            node: Node::new(device.unit),
+            motion: device.motion.clone(),
+            motion_since: Instant::ZERO,
+            around: Surroundings::default(),
+            last_exchange: Instant::ZERO,
+            interrupted: false,
+        });
+        Ok(Self {
+            now: Instant::ZERO,
+            cycle_time: scenario.cycle_time.of_encoders(encoders as u32),
+            ring: WordRing::default(),
+            places: places.collect(),
+            answers: vec![None; encoders],
+            events: scenario.events.clone(),
+            next_event: 0,
+            line: None,
+            faulty_per_million: scenario.faulty_per_million,
+            chance: Pcg64Mcg::seed_from_u64(scenario.seed),
+            recorded: None,
+        })
+    }
+
+    /// Puts an encoder's memory of an earlier life in; before the first cycle.
+    pub fn insert_memory(&mut self, position: usize, memory: Eeprom) {
+        if let Some(place) = self.places.get_mut(position) {
+            place.node = Node::with_memory(*place.node.unit(), memory);
+        }
+    }
+
+    /// Keeps every exchange from now on, to be taken with [`World::take_recorded`].
+    pub fn record(&mut self) {
+        self.recorded.get_or_insert_default();
+    }
+
+    /// Hands out the exchanges since the last call, in order of time, and forgets them.
+    pub fn take_recorded(&mut self) -> impl Iterator<Item = Row> {
+        let rows = self.recorded.as_mut();
+        rows.into_iter().flat_map(|rows| {
+            // Devices without cycles have several exchanges in one cycle time.
+            rows.sort_by_key(|row| row.time_ns);
+            rows.drain(..)
+        })
+    }
+
+    /// The end of the last cycle.
+    #[must_use]
+    pub const fn now(&self) -> Instant {
+        self.now
+    }
+
+    /// The time of one cycle.
+    #[must_use]
+    pub const fn cycle_time(&self) -> Duration {
+        self.cycle_time
+    }
+
+    /// The places, by position.
+    #[must_use]
+    pub fn places(&self) -> &[Place] {
+        &self.places
+    }
+
+    /// What the ring knows of its devices.
+    #[must_use]
+    pub const fn ring(&self) -> &WordRing {
+        &self.ring
+    }
+
+    /// Runs one data cycle. `out` and `input` have one word for each encoder; `input` is changed only by a cycle
+    /// that was good throughout.
+    pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
+        let ends = self.now + self.cycle_time;
+        for place in &mut self.places {
+            place.interrupted = !place.is_supplied();
+        }
+        while let Some(event) = self.events.get(self.next_event).filter(|event| event.at <= ends) {
+            let (at, what) = (event.at, event.what.clone());
+            self.next_event += 1;
+            self.happen(at, &what);
+        }
+        let verdict = self.verdict(ends);
+        self.ring.cycle(ends, out, input, &self.answers, verdict);
+        let heard = match verdict {
+            Verdict::Good | Verdict::Bad { .. } => self.places.len(),
+            Verdict::Silent { segment } => segment,
+        };
+        for position in 0..self.places.len() {
+            if position < heard {
+                self.exchange_after_cycle(position, ends);
+            } else {
+                self.exchange_without_cycles(position, ends);
+            }
+        }
+        self.now = ends;
+        Cycled { at: ends, verdict }
+    }
+
+    /// Changes what surrounds an encoder, now.
+    pub fn change(&mut self, position: usize, changes: &[Change]) {
+        let at = self.now;
+        for change in changes {
+            self.apply(at, position, change);
+        }
+    }
+
+    /// Troubles a segment of the ring, from now on.
+    pub fn trouble(&mut self, segment: usize, fault: LineFault, lasting: Duration) {
+        self.line = Some(LineTrouble { segment, fault, since: self.now, lasting });
+    }
+
+    /// Ends a trouble.
+    pub const fn end_trouble(&mut self) {
+        self.line = None;
+    }
+
+    fn happen(&mut self, at: Instant, what: &Happening) {
+        match what {
+            Happening::Device { position, changes } => {
+                for change in changes {
+                    self.apply(at, *position, change);
+                }
+            }
+            Happening::Line { segment, fault, lasting } => {
+                self.line =
+                    Some(LineTrouble { segment: *segment, fault: *fault, since: at, lasting: *lasting });
+            }
+        }
+    }
+
+    fn apply(&mut self, at: Instant, position: usize, change: &Change) {
+        let Some(place) = self.places.get_mut(position) else { return };
+        match change {
+            Change::Preset { input, millivolts } => {
+                if let Some(preset) = place.around.terminals.preset_mv.get_mut(*input) {
+                    *preset = *millivolts;
+                }
+            }
+            Change::Magnet(magnet) => place.around.terminals.magnet = *magnet,
+            Change::Motion(motion) => {
+                let here = place.raw(at);
+                place.motion = match motion {
+                    NewMotion::Motion(motion) => motion.clone(),
+                    NewMotion::Stop => Motion::Hold { raw: here },
+                    NewMotion::Onward(micro_per_s) => {
+                        Motion::Speed { start: here, micro_per_s: *micro_per_s }
+                    }
+                };
+                place.motion_since = at;
+            }
+            Change::MemoryFault(kind, cell) => place.node.memory_mut().fail(*kind, *cell),
+            Change::MemoryRepair => place.node.memory_mut().repair(),
+            Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
+            Change::Supply(millivolts) => {
+                let was_on = place.node.encoder().is_some();
+                place.around.supply_mv = *millivolts;
+                place.node.supply(*millivolts);
+                if *millivolts < OFF_BELOW_MV {
+                    if was_on {
+                        self.keep(position, at, OutWord(0), None);
+                    }
+                    self.lose(position);
+                }
+            }
+        }
+    }
+
+    /// A device without supply: its chip forgets, and the present cycle cannot pass it.
+    fn lose(&mut self, position: usize) {
+        self.ring.power_off(position);
+        if let Some(place) = self.places.get_mut(position) {
+            place.interrupted = true;
+        }
+        if let Some(answer) = self.answers.get_mut(position) {
+            *answer = None;
+        }
+    }
+
+    fn verdict(&mut self, ends: Instant) -> Verdict {
+        // The chance is drawn in every cycle, so that one fault does not shift those after it.
+        let draw = self.chance.random_range(0..1_000_000_u32);
+        let drawn_segment = self.chance.random_range(0..=self.places.len());
+        self.line = self.line.filter(|trouble| ends.since(trouble.since) <= trouble.lasting);
+        let open = self.places.iter().position(|place| place.interrupted).map(|position| position + 1);
+        let silent = match self.line {
+            Some(LineTrouble { segment, fault: LineFault::Silent, .. }) => {
+                Some(open.map_or(segment, |open| open.min(segment)))
+            }
+            _ => open,
+        };
+        if let Some(segment) = silent {
+            return Verdict::Silent { segment };
+        }
+        let bad = match self.line {
+            Some(LineTrouble { segment, fault: LineFault::Bad, .. }) => Some(segment),
+            _ => None,
+        };
+        let drawn = (draw < self.faulty_per_million).then_some(drawn_segment);
+        match bad.into_iter().chain(drawn).min() {
+            Some(segment) => Verdict::Bad { segment },
+            None => Verdict::Good,
+        }
+    }
+
+    /// The exchange at the end of a cycle that reached the device, good or bad. A device that has not taken an OUT
+    /// word since it was switched on waits for its first: were it told 0 meanwhile, a service bit that stood all
+    /// through a power dip would look like a new request.
+    fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
+        if self.ring.has_taken(position) {
+            self.exchange(position, ends);
+        }
+    }
+
+    /// Without cycles there is an exchange every refresh time, with the last OUT word until the chip resets.
+    fn exchange_without_cycles(&mut self, position: usize, ends: Instant) {
+        loop {
+            let Some(place) = self.places.get(position) else { return };
+            let next = place.last_exchange + place.node.unit().model().refresh();
+            if !place.is_supplied() || next > ends {
+                return;
+            }
+            // After an interruption the first is due now, not for all the time before.
+            let at = if place.node.encoder().is_none() { ends } else { next };
+            self.exchange(position, at);
+        }
+    }
+
+    fn exchange(&mut self, position: usize, at: Instant) {
+        let out = self.ring.out_word(position, at);
+        let Some(place) = self.places.get_mut(position) else { return };
+        if !place.is_supplied() {
+            return;
+        }
+        let told_at = place.node.encoder().map_or(at, |encoder| encoder.refreshed_at(at));
+        place.around.terminals.raw = place.raw(told_at);
+        place.last_exchange = at;
+        let around = place.around;
+        let input = place.node.step(at, out, &around);
+        if input.is_none() {
+            // The memory's power cut took the supply with it.
+            place.around.supply_mv = 0;
+            place.node.supply(0);
+            self.lose(position);
+        } else if let Some(answer) = self.answers.get_mut(position) {
+            *answer = input;
+        }
+        self.keep(position, at, out, input);
+    }
+
+    fn keep(&mut self, position: usize, at: Instant, out: OutWord, input: Option<InWord>) {
+        let (Some(rows), Some(place)) = (&mut self.recorded, self.places.get(position)) else { return };
+        let Terminals { raw, magnet, preset_mv } = place.around.terminals;
+        rows.push(Row {
+            line: 0,
+            position: Some(position as u8),
+            time_ns: at.as_nanos(),
+            out: out.0,
+            raw,
+            preset_mv,
+            supply_mv: place.around.supply_mv,
+            magnet: magnet == encoring_encoder::Magnet::Present,
+            input: Some(input.map_or(Input::Off, |input| Input::Word(input.0))),
+        });
+    }
+}
+
+impl Place {
+    /// The device here.
+    #[must_use]
+    pub const fn node(&self) -> &Node {
+        &self.node
+    }
+
+    /// What surrounds it, as it was told last.
+    #[must_use]
+    pub const fn around(&self) -> &Surroundings {
+        &self.around
+    }
+
+    /// Where the shaft or magnet is at `at`.
+    #[must_use]
+    pub fn raw(&self, at: Instant) -> i64 {
+        self.motion.at(at.since(self.motion_since))
+    }
+
+    const fn is_supplied(&self) -> bool {
+        self.around.supply_mv >= OFF_BELOW_MV
+    }
+}

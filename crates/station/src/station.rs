@@ -1,0 +1,305 @@
+//! The thread that cycles the ring, and the handle that others hold on it.
+
+use std::io;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::Instant as Clock;
+
+use encoring_ring::{ProcessImage, Verdict};
+use encoring_sim::scenario::{Change, LineFault};
+use encoring_sim::{Eeprom, World};
+use encoring_trace::{Row, Writer};
+use encoring_words::{Duration, InWord, OutWord};
+
+use crate::image::SharedImage;
+use crate::pace::{Pace, Speed};
+use crate::view::{Counters, View};
+
+/// How many requests may wait for the ring's thread; whoever asks more waits too.
+const REQUESTS_WAITING: usize = 64;
+
+/// Where recorded exchanges go.
+pub type Record = Writer<Box<dyn io::Write + Send>>;
+
+/// How a station runs.
+pub struct Options {
+    /// How fast.
+    pub speed: Speed,
+    /// Time on the ring after which it stops by itself.
+    pub until: Option<Duration>,
+    /// Every exchange is written here.
+    pub record: Option<Record>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { speed: Speed::REAL, until: None, record: None }
+    }
+}
+
+/// A ring that runs.
+#[derive(Debug)]
+pub struct Station {
+    handle: Handle,
+    thread: JoinHandle<Outcome>,
+}
+
+/// How a station ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// The last view.
+    pub view: View,
+    /// The memories as they are after the supply was switched off, by position.
+    pub memories: Vec<Eeprom>,
+    /// Why the recording broke off, if it did.
+    pub recording: io::Result<()>,
+}
+
+/// A handle on a running ring.
+#[derive(Clone, Debug)]
+pub struct Handle {
+    image: SharedImage,
+    requests: SyncSender<Request>,
+}
+
+/// The ring has stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the ring has stopped")]
+pub struct Stopped;
+
+enum Request {
+    Change { position: usize, changes: Vec<Change>, done: SyncSender<()> },
+    Trouble { segment: usize, fault: Option<(LineFault, Duration)>, done: SyncSender<()> },
+    View(SyncSender<View>),
+    Memories(SyncSender<Vec<Memory>>),
+    Stop,
+}
+
+/// An encoder's memory while it runs.
+#[derive(Clone, Debug)]
+pub struct Memory {
+    /// What the EEPROM holds.
+    pub now: Eeprom,
+    /// What it would hold if the supply failed now: with the turn count.
+    pub at_power_off: Eeprom,
+}
+
+impl Station {
+    /// Starts to cycle the ring of `world`. When this returns, the image shows the positions.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn start(mut world: World, options: Options) -> io::Result<Self> {
+        let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
+        let (requests, waiting) = sync_channel(REQUESTS_WAITING);
+        let handle = Handle { image: SharedImage::new(image), requests };
+        if options.record.is_some() {
+            world.record();
+        }
+        let mut ring = Running {
+            world,
+            image: handle.image.clone(),
+            verdict: Verdict::Good,
+            counters: Counters::default(),
+            record: options.record,
+            recording: Ok(()),
+        };
+        // A device shows its position from the second cycle on.
+        ring.cycle();
+        ring.cycle();
+        let (speed, until) = (options.speed, options.until);
+        let thread =
+            thread::Builder::new().name("ring".to_owned()).spawn(move || ring.run(speed, until, &waiting))?;
+        Ok(Self { handle, thread })
+    }
+
+    /// The handle to give away.
+    #[must_use]
+    pub const fn handle(&self) -> &Handle {
+        &self.handle
+    }
+
+    /// `true` once the ring has stopped by itself.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        self.thread.is_finished()
+    }
+
+    /// Stops the ring and switches every encoder off.
+    ///
+    /// # Errors
+    /// [`Stopped`] if its thread has died.
+    pub fn stop(self) -> Result<Outcome, Stopped> {
+        // If it has ended by itself, nobody listens any more.
+        let _ = self.handle.requests.send(Request::Stop);
+        self.thread.join().map_err(|_| Stopped)
+    }
+}
+
+impl Handle {
+    /// The process image.
+    #[must_use]
+    pub const fn image(&self) -> &SharedImage {
+        &self.image
+    }
+
+    /// Changes what surrounds an encoder, between two cycles; returns when it is done.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn change(&self, position: usize, changes: Vec<Change>) -> Result<(), Stopped> {
+        self.ask(|done| Request::Change { position, changes, done })
+    }
+
+    /// Troubles a segment for a time, or with `None` ends every trouble; returns when it is done.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn trouble(&self, segment: usize, fault: Option<(LineFault, Duration)>) -> Result<(), Stopped> {
+        self.ask(|done| Request::Trouble { segment, fault, done })
+    }
+
+    /// Looks at the whole ring, between two cycles.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn view(&self) -> Result<View, Stopped> {
+        self.ask(Request::View)
+    }
+
+    /// Copies the memories, by position.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn memories(&self) -> Result<Vec<Memory>, Stopped> {
+        self.ask(Request::Memories)
+    }
+
+    fn ask<R>(&self, request: impl FnOnce(SyncSender<R>) -> Request) -> Result<R, Stopped> {
+        let (answer, answered) = sync_channel(1);
+        self.requests.send(request(answer)).map_err(|_| Stopped)?;
+        answered.recv().map_err(|_| Stopped)
+    }
+}
+
+/// What the thread owns.
+struct Running {
+    world: World,
+    image: SharedImage,
+    verdict: Verdict,
+    counters: Counters,
+    record: Option<Record>,
+    recording: io::Result<()>,
+}
+
+/// Whether to go on.
+enum Next {
+    Go,
+    Stop,
+}
+
+impl Running {
+    #[expect(clippy::disallowed_methods, reason = "this thread is where real time enters")]
+    fn run(mut self, speed: Speed, until: Option<Duration>, requests: &Receiver<Request>) -> Outcome {
+        let mut pace = Pace::new(self.world.cycle_time(), speed);
+        let started = Clock::now();
+        let ended = |world: &World| until.is_some_and(|until| world.now().as_nanos() >= until.as_nanos());
+        'ring: loop {
+            loop {
+                match requests.try_recv() {
+                    Ok(request) => match self.serve(request) {
+                        Next::Go => {}
+                        Next::Stop => break 'ring,
+                    },
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => break 'ring,
+                }
+            }
+            let due = pace.due(started.elapsed());
+            self.counters.dropped_cycles = pace.dropped();
+            for _ in 0..due {
+                if ended(&self.world) || self.recording.is_err() {
+                    break 'ring;
+                }
+                self.cycle();
+            }
+            if due == 0 {
+                // The wait for the next cycle is also the wait for a request.
+                match requests.recv_timeout(pace.wait(started.elapsed())) {
+                    Ok(request) => match self.serve(request) {
+                        Next::Go => {}
+                        Next::Stop => break,
+                    },
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+            } else if speed == Speed::Max {
+                // Without a wait nobody else would get at the image.
+                thread::yield_now();
+            }
+        }
+        self.finish()
+    }
+
+    fn cycle(&mut self) {
+        let world = &mut self.world;
+        let cycled = self.image.with(|image| {
+            let (out, input) = image.both();
+            world.cycle(out, input)
+        });
+        self.verdict = cycled.verdict;
+        self.counters.cycles += 1;
+        self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
+        self.keep_record();
+    }
+
+    fn keep_record(&mut self) {
+        let (Some(record), Ok(())) = (&mut self.record, &self.recording) else { return };
+        self.recording = self.world.take_recorded().try_for_each(|row: Row| record.write(&row));
+    }
+
+    fn serve(&mut self, request: Request) -> Next {
+        // Whoever asked may have gone; then there is nobody to tell.
+        match request {
+            Request::Change { position, changes, done } => {
+                self.world.change(position, &changes);
+                self.keep_record();
+                let _ = done.send(());
+            }
+            Request::Trouble { segment, fault, done } => {
+                match fault {
+                    Some((fault, lasting)) => self.world.trouble(segment, fault, lasting),
+                    None => self.world.end_trouble(),
+                }
+                let _ = done.send(());
+            }
+            Request::View(answer) => {
+                let _ = answer.send(self.view());
+            }
+            Request::Memories(answer) => {
+                let memories = self.world.places().iter().map(|place| Memory {
+                    now: place.node().memory().clone(),
+                    at_power_off: place.node().memory_at_power_off(),
+                });
+                let _ = answer.send(memories.collect());
+            }
+            Request::Stop => return Next::Stop,
+        }
+        Next::Go
+    }
+
+    fn view(&self) -> View {
+        let (out, input): (Vec<OutWord>, Vec<InWord>) =
+            self.image.with(|image| (image.out().to_vec(), image.input().to_vec()));
+        View::of(&self.world, &out, &input, self.verdict, self.counters)
+    }
+
+    fn finish(mut self) -> Outcome {
+        let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
+        let flushed = match &mut self.record {
+            Some(record) => record.flush(),
+            None => Ok(()),
+        };
+        Outcome { view: self.view(), memories, recording: self.recording.and(flushed) }
+    }
+}

@@ -1,0 +1,210 @@
+//! What can be seen of a simulated ring, as plain data.
+
+use encoring_encoder::handshake::Handshake;
+use encoring_encoder::records::{Record, write_count};
+use encoring_ring::Verdict;
+use encoring_sim::World;
+use encoring_words::parameter::PARAMETERS;
+use encoring_words::{InWord, OutWord, ParameterSet};
+use serde::Serialize;
+
+/// A ring at one moment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct View {
+    /// Time on the ring in nanoseconds.
+    pub time_ns: u64,
+    /// Time of one cycle in nanoseconds.
+    pub cycle_ns: u64,
+    /// What was counted.
+    pub counters: Counters,
+    /// How the last cycle went: `good`, `bad` or `silent`.
+    pub line: &'static str,
+    /// The segment at fault in the last cycle.
+    pub segment: Option<usize>,
+    /// The encoders, by ring position.
+    pub devices: Vec<DeviceView>,
+}
+
+/// What a station counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counters {
+    /// Cycles run.
+    pub cycles: u64,
+    /// Of these, not good throughout.
+    pub faulty_cycles: u64,
+    /// Cycles left out because the machine was too slow.
+    pub dropped_cycles: u64,
+}
+
+/// One encoder at one moment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DeviceView {
+    /// Ring position from 0.
+    pub position: usize,
+    /// The vendor's number of the device, like `3.0`.
+    pub device_number: String,
+    /// Its model.
+    pub model: &'static str,
+    /// Whether its supply is on.
+    pub on: bool,
+    /// Its supply in millivolts.
+    pub supply_mv: u32,
+    /// The supply is above its limit.
+    pub overvoltage: bool,
+    /// Voltages on the preset inputs it has.
+    pub preset_mv: Vec<u32>,
+    /// Shaft in sensor steps, or magnet in micrometres.
+    pub raw: i64,
+    /// The OUT word in the process image.
+    pub out: String,
+    /// The IN word in the process image.
+    #[serde(rename = "in")]
+    pub input: String,
+    /// The position in steps, in binary code; `None` while off.
+    pub value: Option<u32>,
+    /// Bit 29 as normal mode shows it.
+    pub error: bool,
+    /// The latched status bits, four hex digits.
+    pub latched_status: String,
+    /// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off`.
+    pub handshake: &'static str,
+    /// The lamps.
+    pub lamps: Lamps,
+    /// Programmed and active parameters, by service.
+    pub parameters: Vec<ParameterView>,
+    /// Writes of the memory so far, by record.
+    pub memory_writes: MemoryWrites,
+}
+
+/// The lamps of the CE-65-M; the other manuals show none, but the ring lights the same for all [R139].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct Lamps {
+    /// Supply.
+    pub u: bool,
+    /// Data cycles arrive.
+    pub ba: bool,
+    /// The incoming bus is connected.
+    pub rc: bool,
+    /// The outgoing bus is switched off: at the last device.
+    pub rd: bool,
+}
+
+/// One parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ParameterView {
+    /// Number of the service.
+    pub service: u8,
+    /// Its name.
+    pub name: &'static str,
+    /// What a read returns.
+    pub programmed: u32,
+    /// What the position is computed with.
+    pub active: u32,
+}
+
+/// How often each kind of record was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MemoryWrites {
+    /// All programmed values together.
+    pub programmed: u32,
+    /// The accepted set.
+    pub accepted: u32,
+    /// The preset offset.
+    pub offset: u32,
+    /// The turn count.
+    pub turn_count: u32,
+}
+
+impl View {
+    /// What can be seen of `world`, with the words of the process image.
+    #[must_use]
+    pub fn of(
+        world: &World,
+        out: &[OutWord],
+        input: &[InWord],
+        verdict: Verdict,
+        counters: Counters,
+    ) -> Self {
+        let (line, segment) = match verdict {
+            Verdict::Good => ("good", None),
+            Verdict::Bad { segment } => ("bad", Some(segment)),
+            Verdict::Silent { segment } => ("silent", Some(segment)),
+        };
+        let word = |position: usize| (out.get(position).copied(), input.get(position).copied());
+        let devices = (0..world.places().len()).filter_map(|position| {
+            let (out, input) = word(position);
+            DeviceView::of(world, position, out.unwrap_or_default(), input.unwrap_or_default())
+        });
+        Self {
+            time_ns: world.now().as_nanos(),
+            cycle_ns: world.cycle_time().as_nanos(),
+            counters,
+            line,
+            segment,
+            devices: devices.collect(),
+        }
+    }
+}
+
+impl DeviceView {
+    fn of(world: &World, position: usize, out: OutWord, input: InWord) -> Option<Self> {
+        let place = world.places().get(position)?;
+        let (node, around, now) = (place.node(), place.around(), world.now());
+        let unit = node.unit();
+        let encoder = node.encoder();
+        let (programmed, active) = match encoder {
+            Some(encoder) => (*encoder.parameters().programmed(), *encoder.active()),
+            None => (ParameterSet::default(), ParameterSet::default()),
+        };
+        let parameters = PARAMETERS
+            .into_iter()
+            .filter(|parameter| encoder.is_some() && parameter.service().known_to(unit.model()))
+            .map(|parameter| ParameterView {
+                service: parameter.service().number(),
+                name: parameter.service().name(),
+                programmed: programmed.value(parameter),
+                active: active.value(parameter),
+            });
+        // Reading needs a memory to itself: a failing one fails here too, and shows 0.
+        let mut memory = node.memory().clone();
+        let mut writes = |record| write_count(&mut memory, record);
+        Some(Self {
+            position,
+            device_number: format!("{}.0", position + 1),
+            model: unit.model().name(),
+            on: encoder.is_some(),
+            supply_mv: around.supply_mv,
+            overvoltage: node.overvoltage(),
+            preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
+            raw: place.raw(now),
+            out: out.to_string(),
+            input: input.to_string(),
+            value: encoder.map(encoring_encoder::Encoder::position),
+            error: encoder.is_some_and(encoring_encoder::Encoder::error_pending),
+            latched_status: format!("{:04X}", encoder.map_or(0, |encoder| encoder.latched_status().bits())),
+            handshake: match encoder.map(encoring_encoder::Encoder::handshake) {
+                None => "off",
+                Some(Handshake::Normal) => "normal",
+                Some(Handshake::Ignoring) => "ignoring",
+                Some(Handshake::Busy { .. }) => "busy",
+                Some(Handshake::Acknowledged { .. }) => "acknowledged",
+            },
+            lamps: Lamps {
+                u: encoder.is_some(),
+                ba: encoder.is_some() && world.ring().bus_active(position, now),
+                rc: encoder.is_some() && world.ring().incoming_connected(position, now),
+                rd: encoder.is_some() && position + 1 == world.places().len(),
+            },
+            parameters: parameters.collect(),
+            memory_writes: MemoryWrites {
+                programmed: PARAMETERS
+                    .into_iter()
+                    .map(|parameter| writes(Record::Programmed(parameter)))
+                    .sum(),
+                accepted: writes(Record::Accepted),
+                offset: writes(Record::Offset),
+                turn_count: writes(Record::TurnCount),
+            },
+        })
+    }
+}
