@@ -249,7 +249,10 @@ impl Encoder {
         self.now = self.now.max(now);
         let refreshed = self.now >= self.next_sample;
         if refreshed {
-            self.next_sample = self.refreshed_at(self.now) + self.unit.model().refresh();
+            let refresh = self.unit.model().refresh();
+            let next = self.next_sample + refresh;
+            // Only after a pause is there more than one multiple to step over.
+            self.next_sample = if self.now < next { next } else { self.refreshed_at(self.now) + refresh };
         }
         match self.unit.sensor() {
             Sensor::Rotary { .. } => {

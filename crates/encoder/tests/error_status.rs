@@ -127,17 +127,35 @@ fn a_memory_that_cannot_be_read_is_2_to_0() {
 
 #[test]
 fn a_memory_that_cannot_be_written_is_2_to_1_and_the_old_value_stays() {
-    for fault in [CellFault::Write, CellFault::Stuck(0xFF), CellFault::Stuck(0x00)] {
+    for mut bench in [ce100(), ce65()] {
+        bench.program(&[0xC200_0FFF]);
+        bench.position_at(4096 * 7);
+        bench.memory.break_all(CellFault::Write);
+        assert_eq!(bench.service(0xC200_1FFF), 0xE200_1FFF);
+        assert_eq!(bench.service(0x8200_0000), 0xA200_0FFF);
+        assert_eq!(bench.service(0xC600_0100), 0xE600_0100);
+        assert_eq!(bench.position(), 0x2000_0007);
+        bench.memory.repair();
+        assert_eq!(bench.data_check(), 0x8800_0002);
+        assert_eq!(bench.position(), 7);
+        assert_eq!(bench.power_cycle(), 7);
+        assert_eq!(bench.service(0x8200_0000), 0x8200_0FFF);
+    }
+}
+
+#[test]
+fn a_value_that_does_not_read_back_is_2_to_1_and_the_old_one_stays_in_use() {
+    for stuck in [0x00, 0x5A, 0xFF] {
         for mut bench in [ce100(), ce65()] {
             bench.program(&[0xC200_0FFF]);
             bench.position_at(4096 * 7);
-            bench.memory.break_all(fault);
+            bench.memory.break_all(CellFault::Stuck(stuck));
             assert_eq!(bench.service(0xC200_1FFF), 0xE200_1FFF);
+            assert_eq!(bench.service(0xC600_0100), 0xE600_0100);
             assert_eq!(bench.position(), 0x2000_0007);
-            bench.memory.repair();
-            assert_eq!(bench.service(0x8200_0000), 0xA200_0FFF, "{fault:?}");
-            assert_eq!(bench.data_check(), 0x8800_0002, "{fault:?}");
-            assert_eq!(bench.position(), 7);
+            assert_eq!(bench.service(0x8200_0000), 0xA200_0000, "nor can the old one be read");
+            assert_eq!(bench.data_check() & 0xFFFF, 0x0003);
+            assert_eq!(bench.position() & 0xFF_FFFF, 7);
         }
     }
 }

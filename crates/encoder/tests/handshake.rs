@@ -88,11 +88,8 @@ fn shown_by_the_rules(bits: &[bool], times: &[u64], service_time: u64) -> Vec<bo
         }
         let Some(done) = (k..bits.len()).find(|j| times[*j] >= times[k] + service_time) else { break };
         let withdrawn = (k..=done).any(|j| !bits[j]);
-        let end = if withdrawn {
-            done + 1
-        } else {
-            (done..bits.len()).find(|j| !bits[*j]).unwrap_or(bits.len())
-        };
+        let end =
+            if withdrawn { done + 1 } else { (done..bits.len()).find(|j| !bits[*j]).unwrap_or(bits.len()) };
         shown[done..end].fill(true);
         // After a withdrawn service a bit that is 1 already is stale.
         seen_0 = !withdrawn || !bits[done];

@@ -15,8 +15,13 @@ fn legal() -> impl Strategy<Value = Rotary> {
     let ratio = prop_oneof![(1..=0xFFFF_i128, 1..=99_i128), (1..=20_i128, 1..=20_i128)];
     (prop_oneof![Just(4096_i128), Just(8192)], ratio, any::<bool>()).prop_flat_map(|(q, (n, d), falling)| {
         let largest = (q * n / d - 1).min(0xFF_FFFF);
-        prop_oneof![Just(largest), Just(0x10), 0x10..=largest]
-            .prop_map(move |s| Rotary { q, s, n, d, falling })
+        prop_oneof![Just(largest), Just(0x10), 0x10..=largest].prop_map(move |s| Rotary {
+            q,
+            s,
+            n,
+            d,
+            falling,
+        })
     })
 }
 
@@ -205,7 +210,10 @@ fn no_value_is_skipped_and_none_is_out_of_order_over_whole_ranges() {
 #[test]
 fn clockwise_rises_with_0_and_falls_with_1() {
     for mut bench in [ce100(), ce65()] {
-        assert_eq!([bench.position_at(10), bench.position_at(11), bench.position_at(-1)], [10, 11, 0xFF_FFFF]);
+        assert_eq!(
+            [bench.position_at(10), bench.position_at(11), bench.position_at(-1)],
+            [10, 11, 0xFF_FFFF]
+        );
         bench.program(&[0xC100_0001]);
         assert_eq!(
             [bench.position_at(10), bench.position_at(11), bench.position_at(-1)],
@@ -219,7 +227,10 @@ fn towards_the_rods_end_increases_with_0_and_decreases_with_1() {
     let mut bench = la66();
     assert_eq!([bench.position_at(0), bench.position_at(20), bench.position_at(500_000)], [0, 2, 50_000]);
     bench.service(0xC100_0001);
-    assert_eq!([bench.position_at(0), bench.position_at(20), bench.position_at(500_000)], [50_000, 49_998, 0]);
+    assert_eq!(
+        [bench.position_at(0), bench.position_at(20), bench.position_at(500_000)],
+        [50_000, 49_998, 0]
+    );
 }
 
 #[test]

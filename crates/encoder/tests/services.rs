@@ -14,32 +14,24 @@ type Row = (u32, u32, u32);
 fn unknown(number: u32) -> [Row; 2] {
     let (read, write) = (0x8012_3456 | number << 24, 0xC012_3456 | number << 24);
     // A read returns 0, a write the data as sent.
-    [
-        (read, 0xA000_0000 | number << 24, 0x8800_0080),
-        (write, 0xE012_3456 | number << 24, 0x8800_0080),
-    ]
+    [(read, 0xA000_0000 | number << 24, 0x8800_0080), (write, 0xE012_3456 | number << 24, 0x8800_0080)]
 }
 
 /// The rows of the numbers that each rotary model knows; the preset values are the CE-100's.
 const DIRECTION: [Row; 2] =
     [(0x8112_3456, 0x8100_0000, 0x8800_0000), (0xC100_0001, 0xC100_0001, 0x8800_0000)];
-const LENGTH: [Row; 2] =
-    [(0x8212_3456, 0x82FF_FFFF, 0x8800_0000), (0xC200_270F, 0xC200_270F, 0x8800_0000)];
+const LENGTH: [Row; 2] = [(0x8212_3456, 0x82FF_FFFF, 0x8800_0000), (0xC200_270F, 0xC200_270F, 0x8800_0000)];
 /// 10 turns are too few for the factory length.
 const NUMERATOR: [Row; 2] =
     [(0x8312_3456, 0x8300_1000, 0x8800_0000), (0xC300_000A, 0xC300_000A, 0xA800_4000)];
-const PRESET_1: [Row; 2] =
-    [(0x8412_3456, 0x8400_0000, 0x8800_0000), (0xC400_4321, 0xC400_4321, 0x8800_0000)];
-const PRESET_2: [Row; 2] =
-    [(0x8512_3456, 0x8500_0000, 0x8800_0000), (0xC500_5432, 0xC500_5432, 0x8800_0000)];
+const PRESET_1: [Row; 2] = [(0x8412_3456, 0x8400_0000, 0x8800_0000), (0xC400_4321, 0xC400_4321, 0x8800_0000)];
+const PRESET_2: [Row; 2] = [(0x8512_3456, 0x8500_0000, 0x8800_0000), (0xC500_5432, 0xC500_5432, 0x8800_0000)];
 const ADJUSTMENT: [Row; 2] =
     [(0x8612_3456, 0xA600_0000, 0x8800_0008), (0xC600_6543, 0xC600_6543, 0x8800_0000)];
-const CHECK: [Row; 2] =
-    [(0x8812_3456, 0x8800_0000, 0x8800_0000), (0xC812_3456, 0xE812_3456, 0x8800_0004)];
+const CHECK: [Row; 2] = [(0x8812_3456, 0x8800_0000, 0x8800_0000), (0xC812_3456, 0xE812_3456, 0x8800_0004)];
 const DENOMINATOR: [Row; 2] =
     [(0x8912_3456, 0x8900_0001, 0x8800_0000), (0xC900_0002, 0xC900_0002, 0xA800_4000)];
-const SSI: [Row; 2] =
-    [(0x8D12_3456, 0x8D00_0018, 0x8800_0000), (0xCD00_0119, 0xCD00_0119, 0x8800_0000)];
+const SSI: [Row; 2] = [(0x8D12_3456, 0x8D00_0018, 0x8800_0000), (0xCD00_0119, 0xCD00_0119, 0x8800_0000)];
 
 fn ce100_rows() -> Vec<Row> {
     [
@@ -266,8 +258,7 @@ fn writing_service_08_neither_checks_nor_clears_nor_accepts() {
 #[test]
 fn a_service_of_another_model_is_an_unknown_command() {
     // 03, 05 and 09 on the LA-66; 04 and 05 on the CE-65; 0D on the LA-66 and the CE-100.
-    let absent: [(fn() -> Bench, &[u32]); 3] =
-        [(la66, &[3, 5, 9, 0xD]), (ce65, &[4, 5]), (ce100, &[0xD])];
+    let absent: [(fn() -> Bench, &[u32]); 3] = [(la66, &[3, 5, 9, 0xD]), (ce65, &[4, 5]), (ce100, &[0xD])];
     for (new, numbers) in absent {
         for number in numbers {
             for code in [0x8000_0000, 0xC000_0000] {

@@ -142,8 +142,7 @@ impl Bench {
     /// Switches the supply on, without an exchange.
     pub fn power_up(&mut self) {
         self.advance(10 * MS);
-        self.encoder =
-            Encoder::power_up(&self.unit, Instant(self.now), &self.terminals, &mut self.memory);
+        self.encoder = Encoder::power_up(&self.unit, Instant(self.now), &self.terminals, &mut self.memory);
     }
 
     /// Off and on; gives the IN word of the first exchange, with OUT = 0.

@@ -1,0 +1,49 @@
+//! Rows a second of `replay` beside the bare `csv` reader on the same bytes.
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
+
+use divan::{Bencher, counter::ItemsCount};
+use encoring_encoder::{ServiceTimes, Unit};
+use encoring_sim::Node;
+use encoring_sim::replay::{compare, play};
+use encoring_trace::Reader;
+use encoring_words::Model;
+use encoring_words::model::Sensor;
+
+fn main() {
+    divan::main();
+}
+
+const TRACE: &[u8] = include_bytes!("../../vectors/ce-65-m.csv");
+const ROWS: u64 = 4_000;
+
+#[divan::bench]
+fn bare_csv_reader(bencher: Bencher) {
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| {
+        let mut reader = csv::Reader::from_reader(TRACE);
+        let mut record = csv::ByteRecord::new();
+        let mut rows = 0_u64;
+        while reader.read_byte_record(&mut record).unwrap() {
+            rows += 1;
+        }
+        assert_eq!(rows, ROWS);
+    });
+}
+
+#[divan::bench]
+fn trace_reader(bencher: Bencher) {
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| {
+        assert_eq!(Reader::new("ce-65-m.csv", TRACE).unwrap().map(Result::unwrap).count() as u64, ROWS);
+    });
+}
+
+#[divan::bench]
+fn replay(bencher: Bencher) {
+    let mut unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 }).unwrap();
+    unit.service_times = ServiceTimes::ZERO;
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| {
+        let mut node = Node::new(unit);
+        let rows = Reader::new("ce-65-m.csv", TRACE).unwrap().map(Result::unwrap);
+        let differences = rows.filter_map(|row| compare(&row, play(&mut node, &row))).count();
+        assert_eq!(differences, 0);
+    });
+}

@@ -1,0 +1,42 @@
+//! A virtual second of rings of 1, 10 and 128 encoders, and what a cycle allocates: nothing.
+#![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
+
+use std::path::Path;
+
+use divan::{AllocProfiler, Bencher};
+use encoring_sim::{Scenario, World};
+use encoring_words::{InWord, OutWord};
+
+#[global_allocator]
+static ALLOCATIONS: AllocProfiler = AllocProfiler::system();
+
+fn main() {
+    divan::main();
+}
+
+fn ring(encoders: usize) -> World {
+    let device = |position: usize| {
+        let model = ["ce-65-m", "ce-100-m", "la-66"].get(position % 3).unwrap();
+        let motion = if *model == "la-66" {
+            "{ kind = \"sine\", center = 250000, amplitude = 200000, period_s = 5.0 }"
+        } else {
+            "{ kind = \"speed\", start = 0, rpm = 3000 }"
+        };
+        format!("[[device]]\nposition = {position}\nmodel = \"{model}\"\nmotion = {motion}\n")
+    };
+    let text: String = std::iter::once("version = 1\n".to_owned()).chain((0..encoders).map(device)).collect();
+    World::new(&Scenario::parse("bench", &text, Path::new("")).unwrap()).unwrap()
+}
+
+#[divan::bench(args = [1, 10, 128], sample_count = 20)]
+fn virtual_second(bencher: Bencher, encoders: usize) {
+    let mut world = ring(encoders);
+    let out = vec![OutWord(0); encoders];
+    let mut input = vec![InWord(0); encoders];
+    let cycles = 1_000_000_000 / world.cycle_time().as_nanos();
+    bencher.bench_local(|| {
+        for _ in 0..cycles {
+            world.cycle(&out, &mut input);
+        }
+    });
+}
