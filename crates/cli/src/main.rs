@@ -8,6 +8,7 @@ mod completions;
 mod decode;
 mod output;
 mod replay;
+mod sim;
 mod word_view;
 
 use std::process::ExitCode;
@@ -26,6 +27,7 @@ struct Arguments {
 enum Command {
     Decode(decode::Arguments),
     Replay(replay::Arguments),
+    Sim(sim::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
     output::finish(match Arguments::parse().command {
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
+        Command::Sim(arguments) => sim::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     })
 }

@@ -49,8 +49,8 @@ impl From<serde_json::Error> for Failure {
 }
 
 /// The input is wrong; `problem` says where and how.
-pub(crate) fn bad_input(problem: impl Into<String>) -> Failure {
-    Failure::BadInput(problem.into())
+pub(crate) fn bad_input(problem: impl std::fmt::Display) -> Failure {
+    Failure::BadInput(problem.to_string())
 }
 
 /// The exit code, after the error message if there is one.

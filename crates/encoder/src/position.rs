@@ -4,6 +4,8 @@
 //! Linear: `x' = x`, decreasing `L - x`; `value = (floor(x' * S / L) + offset) mod 2^24`.
 
 use encoring_words::ParameterSet;
+use core::num::NonZeroU64;
+
 use encoring_words::model::{SENSOR_TURNS, Sensor};
 use encoring_words::parameter::Direction;
 use encoring_words::word::DATA_MAX;
@@ -38,9 +40,9 @@ pub enum Scale {
         /// Counting direction.
         direction: Direction,
         /// S + 1, the number of positions.
-        values: u64,
-        /// Q * N, the phases of one range; at least 1.
-        phases: u64,
+        values: NonZeroU64,
+        /// Q * N, the phases of one range.
+        phases: NonZeroU64,
         /// D.
         denominator: u64,
         /// Added to the phase.
@@ -52,8 +54,8 @@ pub enum Scale {
         direction: Direction,
         /// S.
         length: u64,
-        /// L in micrometres; at least 1.
-        rod_um: u64,
+        /// L in micrometres.
+        rod_um: NonZeroU64,
         /// Added to the position.
         offset: u64,
     },
@@ -69,8 +71,8 @@ impl Scale {
                 let denominator = u64::from(active.denominator());
                 Self::Rotary {
                     direction,
-                    values: u64::from(active.measuring_length()) + 1,
-                    phases: (u64::from(steps_per_turn) * u64::from(active.numerator())).max(1),
+                    values: NonZeroU64::MIN.saturating_add(u64::from(active.measuring_length())),
+                    phases: at_least_1(u64::from(steps_per_turn) * u64::from(active.numerator())),
                     denominator,
                     offset: offset.under(denominator),
                 }
@@ -78,7 +80,7 @@ impl Scale {
             Sensor::Linear { rod_um } => Self::Linear {
                 direction,
                 length: u64::from(active.measuring_length()),
-                rod_um: u64::from(rod_um).max(1),
+                rod_um: at_least_1(u64::from(rod_um)),
                 offset: u64::from(offset.num),
             },
         }
@@ -90,7 +92,7 @@ impl Scale {
         match *self {
             Self::Rotary { values, phases, offset, .. } => {
                 let phase = (self.turned(sample) + offset) % phases;
-                (phase * values / phases) as u32
+                (phase * values.get() / phases) as u32
             }
             Self::Linear { offset, .. } => ((self.turned(sample) + offset) & u64::from(DATA_MAX)) as u32,
         }
@@ -102,8 +104,9 @@ impl Scale {
         let value = u64::from(value);
         match *self {
             Self::Rotary { values, phases, denominator, .. } => {
-                let wanted = (value * phases).div_ceil(values);
-                let num = (wanted % phases + phases - self.turned(sample) % phases) % phases;
+                // The smallest phase of the value: rounded up.
+                let wanted = (value * phases.get() + (values.get() - 1)) / values;
+                let num = (wanted % phases + phases.get() - self.turned(sample) % phases) % phases;
                 Offset { num: num as u32, denominator: denominator as u8 }
             }
             Self::Linear { .. } => {
@@ -122,13 +125,15 @@ impl Scale {
                     Direction::Falling => -1 - sample,
                 };
                 // Reduced first, so that no shaft position overflows: below 2^29 * 99.
-                steps.rem_euclid(phases as i64) as u64 * denominator
+                let rest = steps.unsigned_abs() % phases;
+                let reduced = if steps < 0 && rest != 0 { phases.get() - rest } else { rest };
+                reduced * denominator
             }
             Self::Linear { direction, length, rod_um, .. } => {
-                let x = (sample.max(0) as u64).min(rod_um);
+                let x = (sample.max(0) as u64).min(rod_um.get());
                 let from_start = match direction {
                     Direction::Rising => x,
-                    Direction::Falling => rod_um - x,
+                    Direction::Falling => rod_um.get() - x,
                 };
                 from_start * length / rod_um
             }
@@ -136,11 +141,19 @@ impl Scale {
     }
 }
 
+/// A divisor; no valid parameter set makes one that is 0.
+const fn at_least_1(value: u64) -> NonZeroU64 {
+    match NonZeroU64::new(value) {
+        Some(value) => value,
+        None => NonZeroU64::MIN,
+    }
+}
+
 /// Where the shaft is taken to be at power-up: the place congruent to `raw` modulo 4096 turns that is nearest to the
 /// last sample before power-off, or to 0 if there is none [R63, C29].
 #[must_use]
 pub fn found_at_power_up(raw: i64, last: Option<i64>, steps_per_turn: u32, zero_loss: ZeroLoss) -> i64 {
-    let turn = i64::from(steps_per_turn);
+    let turn = i64::from(steps_per_turn.max(1));
     let span = turn * i64::from(SENSOR_TURNS);
     let from = last.unwrap_or(0);
     let mut travel = raw.wrapping_sub(from).rem_euclid(span);

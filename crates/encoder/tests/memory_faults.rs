@@ -4,7 +4,7 @@
 mod common;
 
 use common::formula::{Rotary, rod_steps};
-use common::{Bench, CellFault, ce65, ce100, la66};
+use common::{Bench, CellFault, Hiccup, ce65, ce100, la66};
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_words::model::Sensor;
 use encoring_words::parameter::Direction;
@@ -160,7 +160,14 @@ fn a_fault_found_at_power_up_is_never_a_mixture() {
         bench.power_off();
         bench.memory.break_cell(cell, fault);
         bench.power_up();
-        let lost = bench.exchange_now(0) >> 29 == 1;
+        let failed = bench.exchange_now(0) >> 29 == 1;
+        let status = bench.clone().data_check();
+        let (lost, unwritten) = match bench.model() {
+            Model::La66 => (failed, false),
+            Model::Ce100M | Model::Ce65M => (status & 1 != 0, status & 2 != 0),
+        };
+        assert_eq!(failed, lost || unwritten, "{what}: bit 29 at power-up is 2^0 or 2^1");
+        assert!(failed || status == 0x8800_0000, "{what}: {status:08X}");
 
         let programmed = *bench.encoder.parameters().programmed();
         let mut changed = 0;
@@ -172,24 +179,20 @@ fn a_fault_found_at_power_up_is_never_a_mixture() {
         }
         assert!(changed <= 1, "{what}: one cell is in one record");
         let active = *bench.encoder.active();
-        if bench.model() == Model::La66 || !lost {
-            assert_eq!(active, programmed, "{what}");
-        } else {
-            assert!([programmed, newer, older].contains(&active), "{what}: {active:X?}");
+        match bench.model() {
+            Model::La66 => assert_eq!(active, programmed, "{what}"),
+            _ if lost => assert!([programmed, newer, older].contains(&active), "{what}: {active:X?}"),
+            // The accepted set fell back to its older copy and the take-over could not be stored.
+            _ if unwritten => assert_eq!(active, older, "{what}"),
+            _ => assert_eq!(active, programmed, "{what}"),
         }
         positions_follow_from(&mut bench, &offsets, what);
 
-        if fault == CellFault::Write {
-            assert_eq!((active, lost), (newer, false), "{what}: nothing was written");
+        match fault {
+            CellFault::Write => assert_eq!((active, failed), (newer, false), "{what}: nothing was written"),
+            CellFault::Stuck(_) => assert!(!lost, "{what}: the other copy is good"),
+            CellFault::Read => {}
         }
-        if matches!(fault, CellFault::Stuck(_)) {
-            assert!(!lost, "{what}: one copy is good");
-        }
-        let status = bench.data_check();
-        if bench.model() != Model::La66 {
-            assert_eq!(status & 1, u32::from(lost), "{what}: bit 29 at power-up is 2^0");
-        }
-        assert!(lost || status == 0x8800_0000, "{what}: {status:08X}");
     });
 }
 
@@ -321,4 +324,43 @@ fn an_unreadable_cell_in_the_older_copy_of_a_value_does_not_lose_the_newer() {
             }
         }
     }
+}
+
+/// One call to the memory goes wrong during a service; what the reply says must be what the next power-up finds.
+fn hiccups(write: u32, hiccup: Hiccup, looked_at: impl Fn(&mut Bench) -> u32) {
+    for new in MODELS {
+        let bench = written_twice(new);
+        let old = looked_at(&mut bench.clone());
+        let mut done = bench.clone();
+        assert_eq!(done.service(write), write);
+        done.power_cycle();
+        let new = looked_at(&mut done);
+        assert_ne!(old, new);
+        let mut calls = 0;
+        loop {
+            let mut bench = bench.clone();
+            bench.memory.hiccup_after(calls, hiccup);
+            let refused = bench.service(write) & 1 << 29 != 0;
+            if bench.memory.hiccup_is_ahead() {
+                break;
+            }
+            bench.power_cycle();
+            let what = format!("{} {write:08X}, call {calls} {hiccup:?}", bench.model());
+            assert_eq!(looked_at(&mut bench), if refused { old } else { new }, "{what}");
+            calls += 1;
+        }
+        assert!(calls > 8, "{calls} calls");
+    }
+}
+
+#[test]
+fn after_a_single_failing_call_the_next_power_up_finds_what_the_reply_said() {
+    hiccups(0xC200_3456, Hiccup::NotDone, |bench| bench.service(0x8200_0000));
+    hiccups(0xC600_0789, Hiccup::NotDone, |bench| bench.position_at(250_000));
+}
+
+#[test]
+fn after_a_call_that_was_done_but_answered_with_an_error_the_next_power_up_finds_what_the_reply_said() {
+    hiccups(0xC200_3456, Hiccup::DoneAfterAll, |bench| bench.service(0x8200_0000));
+    hiccups(0xC600_0789, Hiccup::DoneAfterAll, |bench| bench.position_at(250_000));
 }

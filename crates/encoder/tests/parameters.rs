@@ -6,6 +6,9 @@ mod common;
 use common::{Bench, ce65, ce65_8192, ce100, every_model, la66};
 use encoring_words::Model;
 
+/// Makes a new device.
+type New = fn() -> Bench;
+
 /// Reads every parameter of the model: number and value.
 fn values(bench: &mut Bench) -> Vec<(u32, u32)> {
     let numbers: &[u32] = match bench.model() {
@@ -150,7 +153,7 @@ fn presets_above_the_length_keep_the_old_set_at_power_up() {
     bench.turn_to(4096 * 100);
     bench.service(0xC500_1000);
     bench.service(0xC200_0FFF);
-    assert_eq!(bench.power_cycle(), 0x2000_0000 | 4096 * 100);
+    assert_eq!(bench.power_cycle(), 0x2000_0000 | (4096 * 100));
     assert_eq!(bench.data_check(), 0xA800_0200);
 }
 
@@ -182,7 +185,7 @@ fn the_data_check_of_the_la_66_writes_nothing() {
 
 #[test]
 fn a_power_cycle_keeps_every_parameter() {
-    let kept: [(fn() -> Bench, &[u32]); 3] = [
+    let kept: [(New, &[u32]); 3] = [
         (la66, &[0xC100_0001, 0xC200_1234, 0xC4FE_DCBA]),
         (ce100, &[0xC100_0001, 0xC200_2710, 0xC300_0100, 0xC400_0007, 0xC500_2710, 0xC900_0063]),
         (ce65, &[0xC100_0101, 0xC200_2710, 0xC300_0100, 0xC900_0063, 0xCD00_0119]),

@@ -39,7 +39,7 @@ fn bench(rotary: &Rotary) -> Bench {
 
 /// A value between 0 and S.
 fn share(rotary: &Rotary, share: u32) -> u32 {
-    u32::try_from(i128::from(share) * (rotary.s + 1) >> 32).unwrap()
+    u32::try_from((i128::from(share) * (rotary.s + 1)) >> 32).unwrap()
 }
 
 proptest! {
@@ -158,7 +158,7 @@ proptest! {
         unit.service_times = ServiceTimes::ZERO;
         let mut bench = Bench::new(unit);
         let rod = i64::from(rod_um);
-        let place = |part: u32| i64::from(part) * (rod + 1) >> 32;
+        let place = |part: u32| (i64::from(part) * (rod + 1)) >> 32;
         let steps = |raw| rod_steps(raw, rod, s.into(), decreasing);
         bench.program(&[0xC100_0000 | u32::from(decreasing), 0xC200_0000 | s]);
         for raw in [0, 1, place(first), place(second), rod] {

@@ -7,6 +7,9 @@ use common::{Bench, cases, ce65, ce65_8192, ce100, every_model, la66};
 use encoring_words::Model;
 use proptest::prelude::*;
 
+/// Makes a new device.
+type New = fn() -> Bench;
+
 /// What one OUT word does to a new device: its reply, and the reply of the data check that follows.
 type Row = (u32, u32, u32);
 
@@ -84,7 +87,7 @@ fn la66_rows() -> Vec<Row> {
     rows
 }
 
-fn check_rows(new: fn() -> Bench, rows: &[Row]) {
+fn check_rows(new: New, rows: &[Row]) {
     assert_eq!(rows.len(), 32);
     for &(out, reply, status) in rows {
         let mut bench = new();
@@ -111,8 +114,7 @@ fn every_service_of_the_ce_65_read_and_written() {
 
 #[test]
 fn bits_28_and_29_of_out_are_ignored() {
-    let tables: [(fn() -> Bench, Vec<Row>); 3] =
-        [(la66, la66_rows()), (ce100, ce100_rows()), (ce65, ce65_rows())];
+    let tables: [(New, Vec<Row>); 3] = [(la66, la66_rows()), (ce100, ce100_rows()), (ce65, ce65_rows())];
     for (new, rows) in tables {
         for (out, reply, status) in rows {
             for extra in [1 << 28, 1 << 29, 3 << 28] {
@@ -258,7 +260,7 @@ fn writing_service_08_neither_checks_nor_clears_nor_accepts() {
 #[test]
 fn a_service_of_another_model_is_an_unknown_command() {
     // 03, 05 and 09 on the LA-66; 04 and 05 on the CE-65; 0D on the LA-66 and the CE-100.
-    let absent: [(fn() -> Bench, &[u32]); 3] = [(la66, &[3, 5, 9, 0xD]), (ce65, &[4, 5]), (ce100, &[0xD])];
+    let absent: [(New, &[u32]); 3] = [(la66, &[3, 5, 9, 0xD]), (ce65, &[4, 5]), (ce100, &[0xD])];
     for (new, numbers) in absent {
         for number in numbers {
             for code in [0x8000_0000, 0xC000_0000] {

@@ -5,7 +5,9 @@ mod common;
 
 use common::{DATA_CHECK, Ring, device, set, three};
 use encoring_ring::Verdict;
+use encoring_sim::scenario::LineFault;
 use encoring_trace::Input;
+use encoring_words::Duration;
 
 /// Offset writes so far, the formatting included.
 fn offsets(ring: &Ring, position: usize) -> u32 {
@@ -199,4 +201,36 @@ fn what_is_programmed_without_a_data_check_holds_after_a_dip() {
     assert_eq!(ring.position(2), 4_096 * 5 + 9, "the old parameters until power off and on");
     ring.run_to_ms(80.0);
     assert_eq!(ring.position(2), 9);
+}
+
+#[test]
+fn a_reply_that_was_formed_before_the_supply_failed_is_not_shown_after_it() {
+    let mut ring = Ring::new(&three([1_000, 2_000, 3_000]));
+    ring.cycles(3);
+    ring.out[1] = 0x8300_0000;
+    ring.cycle();
+    // The reply is formed, and would be loaded at the start of the next cycle.
+    ring.supply(1, 0);
+    ring.cycles(2);
+    ring.supply(1, 24_000);
+    for _ in 0..10 {
+        ring.cycle();
+        assert_eq!(ring.input[1], 2_000);
+    }
+}
+
+#[test]
+fn a_preset_requested_while_the_encoder_is_off_moves_no_zero_even_if_a_bad_cycle_comes_first() {
+    for position in 0..3 {
+        let mut ring = Ring::new(&turning());
+        ring.cycles(3);
+        ring.supply(position, 0);
+        ring.out[position] = 0xC600_0000;
+        ring.cycles(2);
+        ring.supply(position, 24_000);
+        ring.world.trouble(0, LineFault::Bad, Duration::from_millis(2));
+        ring.cycles(20);
+        assert_eq!(ring.last, Verdict::Good);
+        assert_eq!(offsets(&ring, position), 1, "only formatted, at {position}");
+    }
 }

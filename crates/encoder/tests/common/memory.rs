@@ -14,6 +14,15 @@ pub enum CellFault {
     Stuck(u8),
 }
 
+/// What goes wrong with one single call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Hiccup {
+    /// It is not done and answered with an error.
+    NotDone,
+    /// It is done and answered with an error all the same.
+    DoneAfterAll,
+}
+
 /// The memory did not do what it was asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refused;
@@ -26,6 +35,8 @@ pub struct Memory {
     budget: Option<usize>,
     cut: bool,
     written: usize,
+    /// How many calls from now the hiccup comes.
+    hiccup: Option<(usize, Hiccup)>,
 }
 
 impl Memory {
@@ -36,7 +47,7 @@ impl Memory {
 
     pub fn from_image(bytes: Vec<u8>) -> Self {
         assert_eq!(bytes.len(), EEPROM_BYTES);
-        Self { bytes, faults: Vec::new(), budget: None, cut: false, written: 0 }
+        Self { bytes, faults: Vec::new(), budget: None, cut: false, written: 0, hiccup: None }
     }
 
     pub fn image(&self) -> &[u8] {
@@ -72,6 +83,26 @@ impl Memory {
         self.cut = false;
     }
 
+    /// The call after `calls` more ones goes wrong, and only that.
+    pub fn hiccup_after(&mut self, calls: usize, hiccup: Hiccup) {
+        self.hiccup = Some((calls, hiccup));
+    }
+
+    /// `true` if a hiccup is still to come.
+    pub fn hiccup_is_ahead(&self) -> bool {
+        self.hiccup.is_some()
+    }
+
+    /// Counts a call; gives the hiccup if it comes now.
+    fn call(&mut self) -> Option<Hiccup> {
+        let (calls, hiccup) = self.hiccup.take()?;
+        if calls == 0 {
+            return Some(hiccup);
+        }
+        self.hiccup = Some((calls - 1, hiccup));
+        None
+    }
+
     /// Bytes written so far.
     pub fn written(&self) -> usize {
         self.written
@@ -86,7 +117,7 @@ impl ReadStorage for Memory {
     type Error = Refused;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
-        if self.cut {
+        if self.cut || self.call().is_some() {
             return Err(Refused);
         }
         for (cell, byte) in (offset as usize..).zip(bytes) {
@@ -109,6 +140,10 @@ impl ReadStorage for Memory {
 
 impl Storage for Memory {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
+        let hiccup = self.call();
+        if hiccup == Some(Hiccup::NotDone) {
+            return Err(Refused);
+        }
         for (cell, byte) in (offset as usize..).zip(bytes) {
             if self.cut || self.budget == Some(0) {
                 self.cut = true;
@@ -123,6 +158,6 @@ impl Storage for Memory {
                 *budget -= 1;
             }
         }
-        Ok(())
+        if hiccup.is_some() { Err(Refused) } else { Ok(()) }
     }
 }

@@ -17,7 +17,7 @@ pub mod memory;
 pub mod ssi;
 
 pub use bench::{Bench, MS, SECOND, US, ce65, ce65_8192, ce100, every_model, la66};
-pub use memory::{CellFault, Memory};
+pub use memory::{CellFault, Hiccup, Memory};
 
 use proptest::test_runner::{Config, RngSeed};
 

@@ -1,0 +1,165 @@
+//! Lines in, lines out.
+
+use std::io;
+use std::pin::pin;
+use std::sync::Arc;
+use std::time::Duration as Real;
+
+use encoring_encoder::Unit;
+use encoring_station::{Handle, Stopped};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::task::{JoinSet, spawn_blocking};
+use tokio::time::{sleep, timeout};
+use tokio_util::bytes::BytesMut;
+use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
+
+use crate::verbs::{self, LINE_BYTES_MAX, Refused};
+
+/// How many who were refused may be told so at the same time; who comes on top is told nothing.
+const FAREWELLS_MAX: usize = 8;
+
+/// How long a peer has to take the last answer before the connection is closed.
+const FAREWELL: Real = Real::from_secs(1);
+
+/// How long to wait after the system gave no connection, which it does while it is short of something.
+const AFTER_ACCEPT_ERROR: Real = Real::from_millis(50);
+
+/// How much is read at once.
+const READ_BYTES: usize = 4 * 1024;
+
+/// What a server allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Options {
+    /// Connections at the same time.
+    pub connections: usize,
+    /// A connection is closed when no whole line came, or no answer was taken, for so long.
+    pub idle: Real,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { connections: 8, idle: Real::from_secs(600) }
+    }
+}
+
+/// Answers everyone who connects, until `stop`; then every connection is closed. `units` are the encoders of
+/// `ring`, by position. An error of one connection ends that connection, never the server.
+pub async fn serve(
+    listener: TcpListener,
+    ring: Handle,
+    units: Vec<Unit>,
+    options: Options,
+    stop: impl Future<Output = ()>,
+) {
+    let units: Arc<[Unit]> = units.into();
+    let mut stop = pin!(stop);
+    let mut served = JoinSet::new();
+    let mut refused = JoinSet::new();
+    loop {
+        let accepted = tokio::select! {
+            biased;
+            () = &mut stop => break,
+            Some(_) = served.join_next() => continue,
+            Some(_) = refused.join_next() => continue,
+            accepted = listener.accept() => accepted,
+        };
+        match accepted {
+            Ok((stream, _)) if served.len() < options.connections => {
+                let peer = Peer::new(stream, options.idle);
+                served.spawn(peer.serve(ring.clone(), Arc::clone(&units)));
+            }
+            Ok((stream, _)) if refused.len() < FAREWELLS_MAX => {
+                let full = Refused::Full { connections: options.connections };
+                refused.spawn(Peer::new(stream, FAREWELL).farewell(full));
+            }
+            Ok(_) => {}
+            Err(_) => tokio::select! {
+                () = &mut stop => break,
+                () = sleep(AFTER_ACCEPT_ERROR) => {}
+            },
+        }
+    }
+    served.shutdown().await;
+    refused.shutdown().await;
+}
+
+/// One connection.
+struct Peer {
+    stream: TcpStream,
+    codec: LinesCodec,
+    /// Read, but not yet a line.
+    held: BytesMut,
+    /// The peer sends nothing more.
+    ended: bool,
+    idle: Real,
+}
+
+impl Peer {
+    fn new(stream: TcpStream, idle: Real) -> Self {
+        // Answers are short and waited for; without this they still arrive, later.
+        let _ = stream.set_nodelay(true);
+        let codec = LinesCodec::new_with_max_length(LINE_BYTES_MAX);
+        Self { stream, codec, held: BytesMut::new(), ended: false, idle }
+    }
+
+    async fn serve(mut self, ring: Handle, units: Arc<[Unit]>) {
+        while let Ok(Ok(Some(line))) = timeout(self.idle, self.line()).await {
+            let answer = match line {
+                Ok(line) if is_http(&line) => return self.farewell(Refused::Http).await,
+                Ok(line) => {
+                    let (ring, units) = (ring.clone(), Arc::clone(&units));
+                    // Its thread is lost only with the runtime, and the ring goes with that.
+                    spawn_blocking(move || verbs::answer(&line, &units, &ring))
+                        .await
+                        .unwrap_or_else(|_| Refused::Stopped(Stopped).answer())
+                }
+                Err(LinesCodecError::Io(_)) => Refused::NotUtf8.answer(),
+                Err(LinesCodecError::MaxLineLengthExceeded) => return self.farewell(Refused::TooLong).await,
+            };
+            if self.write(answer).await.is_err() {
+                return;
+            }
+        }
+    }
+
+    /// The next line, a refusal of the codec, or `None` at the end. Reads on only when every line read is taken.
+    async fn line(&mut self) -> io::Result<Option<Result<String, LinesCodecError>>> {
+        loop {
+            let decoded = match self.ended {
+                false => self.codec.decode(&mut self.held),
+                true => self.codec.decode_eof(&mut self.held),
+            };
+            if self.ended || !matches!(decoded, Ok(None)) {
+                return Ok(decoded.transpose());
+            }
+            self.held.reserve(READ_BYTES);
+            self.ended = self.stream.read_buf(&mut self.held).await? == 0;
+        }
+    }
+
+    async fn write(&mut self, mut answer: String) -> io::Result<()> {
+        answer.push('\n');
+        timeout(self.idle, self.stream.write_all(answer.as_bytes())).await?
+    }
+
+    /// The last answer. What the peer still sends is read and dropped for a while: a connection closed over unread
+    /// bytes is reset, and the answer lost.
+    async fn farewell(mut self, refused: Refused) {
+        let last = async {
+            self.write(refused.answer()).await?;
+            self.stream.shutdown().await?;
+            let mut dropped = [0; READ_BYTES];
+            while self.stream.read(&mut dropped).await? > 0 {}
+            io::Result::Ok(())
+        };
+        // There is nobody left to tell.
+        let _ = timeout(FAREWELL, last).await;
+    }
+}
+
+/// A browser can be made to send any text to a port of its own machine, but only behind a line like
+/// `POST / HTTP/1.1`.
+fn is_http(line: &str) -> bool {
+    !line.starts_with('{') && line.contains(" HTTP/")
+}

@@ -1,0 +1,464 @@
+//! What can be asked, as a line of JSON, and what is answered.
+//!
+//! A line is judged as a whole before anything is done. Keys that are unknown or named twice are refused, so a
+//! typing error never goes unnoticed.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::path::Path;
+
+use encoring_encoder::Unit;
+use encoring_sim::scenario::{Change, LineFault, MotionTable, SECONDS_MAX, SetTable};
+use encoring_station::{Handle, Stopped, View};
+use encoring_words::{Duration, Model};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{IgnoredAny, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use serde_json::value::RawValue;
+
+/// The longest line that is read, in bytes without its end.
+pub const LINE_BYTES_MAX: usize = 64 * 1024;
+
+/// The longest `id` that is echoed, in bytes as it was written.
+pub const ID_BYTES_MAX: usize = 64;
+
+/// The longest message of an answer, in characters; a message quotes what a peer sent.
+const MESSAGE_CHARS_MAX: usize = 512;
+
+/// A line, read.
+#[derive(Debug)]
+pub struct Request<'a> {
+    /// What the answer echoes, as it was written.
+    pub id: Option<&'a RawValue>,
+    /// What is asked.
+    pub command: Result<Command, Refused>,
+}
+
+/// Something that can be done as it stands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Changes what surrounds an encoder.
+    Set {
+        /// Its ring position.
+        position: usize,
+        /// What changes, in order.
+        changes: Vec<Change>,
+    },
+    /// Troubles a segment of the ring.
+    Line {
+        /// 0..=encoders.
+        segment: usize,
+        /// Bad check words, or silence.
+        fault: LineFault,
+        /// For how long.
+        lasting: Duration,
+    },
+    /// Ends every trouble of the line.
+    EndLine,
+    /// Shows the whole ring.
+    View,
+    /// Lists the verbs.
+    Help,
+}
+
+/// What a command gives back.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reply {
+    /// It is done.
+    Done,
+    /// The ring at this moment.
+    View(Box<View>),
+    /// The verbs.
+    Help,
+}
+
+/// Why a line was refused. Nothing was done then.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refused {
+    /// No JSON object.
+    #[error("not a JSON object; a line looks like {{\"verb\":\"help\"}}")]
+    NotAnObject,
+    /// Malformed JSON, or a key or type that does not belong there.
+    #[error("column {column}: {problem}")]
+    Json {
+        /// Where in the line it was noticed, from 1.
+        column: usize,
+        /// What is wrong.
+        problem: String,
+    },
+    /// Nothing is asked.
+    #[error("verb is missing; the verbs are {}", names())]
+    NoVerb,
+    /// No such verb.
+    #[error("verb {verb}; the verbs are {}", names())]
+    UnknownVerb {
+        /// As it was written.
+        verb: String,
+    },
+    /// Too long to be echoed, or no scalar.
+    #[error(
+        "id of {bytes} bytes; an id is a string, a number, true, false or null of at most {ID_BYTES_MAX}"
+    )]
+    Id {
+        /// Its length as it was written.
+        bytes: usize,
+    },
+    /// No such encoder.
+    #[error("position {position}; the encoders are at 0 to {last}")]
+    Position {
+        /// As asked.
+        position: i64,
+        /// The highest.
+        last: usize,
+    },
+    /// A value that this encoder cannot be given.
+    #[error("position {position}, a {model}: {problem}")]
+    Set {
+        /// Its position.
+        position: usize,
+        /// Its model.
+        model: Model,
+        /// Key, value and limit.
+        problem: String,
+    },
+    /// A motion from a file.
+    #[error("position {position}: motion kind \"csv\" opens a file, which a peer cannot ask for; use moves")]
+    File {
+        /// Of which encoder.
+        position: usize,
+    },
+    /// A fault without its place.
+    #[error("segment is missing; the segments are 0 to {last}")]
+    NoSegment {
+        /// The one that leads back to the master.
+        last: usize,
+    },
+    /// No such segment.
+    #[error("segment {segment}; the segments are 0 to {last}")]
+    Segment {
+        /// As asked.
+        segment: i64,
+        /// The one that leads back to the master.
+        last: usize,
+    },
+    /// No span of time.
+    #[error("for_s {for_s}; the limits are 0 and {SECONDS_MAX}")]
+    ForS {
+        /// As asked.
+        for_s: f64,
+    },
+    /// A place or time with the end of all faults.
+    #[error("{key} with fault \"none\", which ends every fault of the line and takes no other key")]
+    NoneWith {
+        /// Which.
+        key: &'static str,
+    },
+    /// Bytes that are no text.
+    #[error("the line is not UTF-8")]
+    NotUtf8,
+    /// A line without an end.
+    #[error("the line is longer than {LINE_BYTES_MAX} bytes; the connection is closed")]
+    TooLong,
+    /// A browser, or another program that did not mean this port.
+    #[error("this is no HTTP server; the connection is closed")]
+    Http,
+    /// Too many at once.
+    #[error("{connections} connections are open, which is the limit; the connection is closed")]
+    Full {
+        /// The limit.
+        connections: usize,
+    },
+    /// There is nothing left to change or look at.
+    #[error(transparent)]
+    Stopped(#[from] Stopped),
+}
+
+/// A verb as `help` tells it.
+struct Verb {
+    name: &'static str,
+    read: fn(&str, &[Unit]) -> Result<Command, Refused>,
+    does: &'static str,
+    examples: &'static [&'static str],
+}
+
+const VERBS: [Verb; 4] = [
+    Verb {
+        name: "set",
+        read: set,
+        does: "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, \
+               preset1_v, preset2_v",
+        examples: &[
+            r#"{"verb":"set","position":0,"set":{"supply_v":24.0}}"#,
+            r#"{"verb":"set","position":0,"set":{"motion":{"kind":"speed","per_s":1000}}}"#,
+            r#"{"verb":"set","position":0,"set":{"eeprom":{"fault":"none"}}}"#,
+        ],
+    },
+    Verb {
+        name: "line",
+        read: line,
+        does: "makes a segment of the ring bad or silent for for_s seconds, or until fault none; segment 0 leads \
+               into the first encoder",
+        examples: &[
+            r#"{"verb":"line","segment":1,"fault":"silent","for_s":0.1}"#,
+            r#"{"verb":"line","segment":0,"fault":"bad"}"#,
+            r#"{"verb":"line","fault":"none"}"#,
+        ],
+    },
+    Verb {
+        name: "view",
+        read: |text, _| bare(text, Command::View),
+        does: "shows the whole ring at one moment",
+        examples: &[r#"{"verb":"view"}"#],
+    },
+    Verb {
+        name: "help",
+        read: |text, _| bare(text, Command::Help),
+        does: "lists the verbs; every line may have an id, which its answer has too",
+        examples: &[r#"{"verb":"help","id":1}"#],
+    },
+];
+
+fn names() -> String {
+    VERBS.map(|verb| verb.name).join(", ")
+}
+
+/// Reads one line. Nothing is done yet.
+#[must_use]
+pub fn parse<'a>(text: &'a str, units: &[Unit]) -> Request<'a> {
+    let refused = |refused| Request { id: None, command: Err(refused) };
+    // An array would be read too, key by key; nobody means that.
+    if !text.trim_start().starts_with('{') {
+        return refused(Refused::NotAnObject);
+    }
+    let envelope: Envelope<'a> = match read(text) {
+        Ok(envelope) => envelope,
+        Err(malformed) => return refused(malformed),
+    };
+    if let Some(id) = envelope.id.map(RawValue::get)
+        && (id.len() > ID_BYTES_MAX || id.starts_with(['{', '[']))
+    {
+        return refused(Refused::Id { bytes: id.len() });
+    }
+    let command = envelope.verb.ok_or(Refused::NoVerb).and_then(|written| {
+        let name = serde_json::from_str::<String>(written.get()).ok();
+        let verb = VERBS.iter().find(|verb| name.as_deref() == Some(verb.name));
+        let verb = verb.ok_or_else(|| Refused::UnknownVerb { verb: shortened(written.get(), 64) })?;
+        (verb.read)(text, units)
+    });
+    Request { id: envelope.id, command }
+}
+
+/// Reads one line, does what it asks and gives the answer, without its end. Waits for the ring for up to a cycle.
+#[must_use]
+pub fn answer(text: &str, units: &[Unit], ring: &Handle) -> String {
+    let request = parse(text, units);
+    let result = request.command.and_then(|command| Ok(command.obey(ring)?));
+    answered(request.id, &result)
+}
+
+impl Command {
+    /// Does it. Waits for the ring for up to a cycle.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn obey(self, ring: &Handle) -> Result<Reply, Stopped> {
+        match self {
+            Self::Set { position, changes } => ring.change(position, changes)?,
+            Self::Line { segment, fault, lasting } => ring.trouble(segment, Some((fault, lasting)))?,
+            Self::EndLine => ring.trouble(0, None)?,
+            Self::View => return Ok(Reply::View(Box::new(ring.view()?))),
+            Self::Help => return Ok(Reply::Help),
+        }
+        Ok(Reply::Done)
+    }
+}
+
+impl Refused {
+    /// The answer to a line that could not be read at all.
+    pub(crate) fn answer(self) -> String {
+        answered(None, &Err(self))
+    }
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    ok: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    id: Option<&'a RawValue>,
+    #[serde(flatten)]
+    content: Content<'a>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Content<'a> {
+    Done {},
+    View { view: &'a View },
+    Help { verbs: Vec<Help> },
+    Refused { error: String },
+}
+
+#[derive(Serialize)]
+struct Help {
+    verb: &'static str,
+    does: &'static str,
+    examples: Vec<&'static RawValue>,
+}
+
+fn answered(id: Option<&RawValue>, result: &Result<Reply, Refused>) -> String {
+    let content = match result {
+        Ok(Reply::Done) => Content::Done {},
+        Ok(Reply::View(view)) => Content::View { view },
+        Ok(Reply::Help) => Content::Help {
+            verbs: VERBS
+                .map(|verb| Help {
+                    verb: verb.name,
+                    does: verb.does,
+                    examples: verb
+                        .examples
+                        .iter()
+                        .filter_map(|text| serde_json::from_str(text).ok())
+                        .collect(),
+                })
+                .into(),
+        },
+        Err(refused) => Content::Refused { error: shortened(&refused.to_string(), MESSAGE_CHARS_MAX) },
+    };
+    let answer = Answer { ok: result.is_ok(), id, content };
+    // Plain data with names for keys has no reason to fail.
+    serde_json::to_string(&answer).unwrap_or_else(|_| r#"{"ok":false,"error":"no answer"}"#.to_owned())
+}
+
+fn shortened(text: &str, chars_max: usize) -> String {
+    match text.char_indices().nth(chars_max) {
+        Some((end, _)) => format!("{}...", text.get(..end).unwrap_or_default()),
+        None => text.to_owned(),
+    }
+}
+
+/// What every line has. The rest is read once the verb is known.
+#[derive(Deserialize)]
+struct Envelope<'a> {
+    #[serde(borrow, default, deserialize_with = "written")]
+    id: Option<&'a RawValue>,
+    #[serde(borrow, default, deserialize_with = "written")]
+    verb: Option<&'a RawValue>,
+}
+
+/// A value as it was written, `null` too.
+fn written<'de, D: Deserializer<'de>>(source: D) -> Result<Option<&'de RawValue>, D::Error> {
+    <&RawValue>::deserialize(source).map(Some)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BareLine {
+    #[serde(rename = "verb")]
+    _verb: IgnoredAny,
+    #[serde(rename = "id", default)]
+    _id: IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SetLine {
+    #[serde(rename = "verb")]
+    _verb: IgnoredAny,
+    #[serde(rename = "id", default)]
+    _id: IgnoredAny,
+    position: i64,
+    set: Object<SetTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LineLine {
+    #[serde(rename = "verb")]
+    _verb: IgnoredAny,
+    #[serde(rename = "id", default)]
+    _id: IgnoredAny,
+    segment: Option<i64>,
+    fault: FaultName,
+    for_s: Option<f64>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum FaultName {
+    Bad,
+    Silent,
+    None,
+}
+
+/// A table that is written as an object and not as an array of its values.
+struct Object<T>(T);
+
+impl<'de, T: Deserialize<'de>> Deserialize<'de> for Object<T> {
+    fn deserialize<D: Deserializer<'de>>(source: D) -> Result<Self, D::Error> {
+        struct OfObject<T>(PhantomData<T>);
+
+        impl<'de, T: Deserialize<'de>> Visitor<'de> for OfObject<T> {
+            type Value = Object<T>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("an object")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Object<T>, A::Error> {
+                T::deserialize(MapAccessDeserializer::new(map)).map(Object)
+            }
+        }
+
+        source.deserialize_map(OfObject(PhantomData))
+    }
+}
+
+fn read<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, Refused> {
+    serde_json::from_str(text).map_err(|cause| {
+        let (line, column) = (cause.line(), cause.column());
+        let told = cause.to_string();
+        let problem = told.strip_suffix(&format!(" at line {line} column {column}")).unwrap_or(&told);
+        Refused::Json { column, problem: problem.to_owned() }
+    })
+}
+
+fn bare(text: &str, command: Command) -> Result<Command, Refused> {
+    read::<BareLine>(text).map(|_| command)
+}
+
+fn set(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+    let SetLine { position: asked, set: Object(table), .. } = read(text)?;
+    let unknown = || Refused::Position { position: asked, last: units.len().saturating_sub(1) };
+    let position = usize::try_from(asked).map_err(|_| unknown())?;
+    let unit = units.get(position).ok_or_else(unknown)?;
+    if let Some(MotionTable::Csv { .. }) = table.motion {
+        return Err(Refused::File { position });
+    }
+    let changes = table.read(unit, Path::new("")).map_err(|problem| Refused::Set {
+        position,
+        model: unit.model(),
+        problem,
+    })?;
+    Ok(Command::Set { position, changes })
+}
+
+fn line(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+    let LineLine { segment, fault, for_s, .. } = read(text)?;
+    let fault = match (fault, segment, for_s) {
+        (FaultName::None, None, None) => return Ok(Command::EndLine),
+        (FaultName::None, Some(_), _) => return Err(Refused::NoneWith { key: "segment" }),
+        (FaultName::None, None, Some(_)) => return Err(Refused::NoneWith { key: "for_s" }),
+        (FaultName::Bad, ..) => LineFault::Bad,
+        (FaultName::Silent, ..) => LineFault::Silent,
+    };
+    let last = units.len();
+    let asked = segment.ok_or(Refused::NoSegment { last })?;
+    let segment = usize::try_from(asked).ok().filter(|segment| *segment <= last);
+    let segment = segment.ok_or(Refused::Segment { segment: asked, last })?;
+    let lasting = match for_s {
+        None => Duration(u64::MAX),
+        Some(for_s) if (0.0..=SECONDS_MAX).contains(&for_s) => Duration((for_s * 1e9).round() as u64),
+        Some(for_s) => return Err(Refused::ForS { for_s }),
+    };
+    Ok(Command::Line { segment, fault, lasting })
+}

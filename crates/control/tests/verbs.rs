@@ -1,0 +1,253 @@
+//! Each verb with right and wrong lines, over a ring that runs.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test may panic")]
+
+mod common;
+
+use common::Ring;
+use encoring_words::OutWord;
+use serde_json::{Value, json};
+
+fn device(view: &Value, position: usize) -> &Value {
+    &view["devices"][position]
+}
+
+#[test]
+fn an_encoder_without_supply_is_off_and_comes_back_with_it() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":5.0}}"#);
+    let view = ring.view();
+    assert_eq!(device(&view, 1)["on"], false);
+    assert_eq!(device(&view, 1)["supply_mv"], 5000);
+    let view = ring.until(|view| view["line"] == "silent");
+    // The segment that leads out of it.
+    assert_eq!(view["segment"], 2);
+    ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":24}}"#);
+    ring.until(|view| device(view, 1)["on"] == true && view["line"] == "good");
+}
+
+#[test]
+fn the_ring_notes_an_overvoltage() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":2,"set":{"supply_v":28.351}}"#);
+    let view = ring.until(|view| device(view, 2)["overvoltage"] == true);
+    assert_eq!(device(&view, 2)["on"], true);
+}
+
+#[test]
+fn a_preset_input_sets_the_position() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":1,"set":{"raw":123456,"preset1_v":0.0}}"#);
+    let before = ring.until(|view| device(view, 1)["value"] == 123_456);
+    assert_eq!(device(&before, 1)["preset_mv"], json!([0, 0]));
+    ring.done(r#"{"verb":"set","position":1,"set":{"preset1_v":24.0}}"#);
+    // Preset 1 of the factory is 0.
+    let after = ring.until(|view| device(view, 1)["value"] == 0);
+    assert_eq!(device(&after, 1)["preset_mv"], json!([24_000, 0]));
+    assert_eq!(device(&after, 1)["raw"], 123_456);
+}
+
+#[test]
+fn an_input_that_the_model_has_not_is_refused() {
+    let ring = Ring::start();
+    assert_eq!(
+        ring.refused(r#"{"verb":"set","position":0,"set":{"preset2_v":24}}"#),
+        "position 0, a la-66: preset2_v: a la-66 has 1 preset inputs"
+    );
+    assert_eq!(
+        ring.refused(r#"{"verb":"set","position":2,"set":{"magnet":false}}"#),
+        "position 2, a ce-65-m: magnet: a ce-65-m has none"
+    );
+}
+
+#[test]
+fn a_missing_magnet_is_an_error_of_the_la_66() {
+    let ring = Ring::start();
+    assert_eq!(device(&ring.view(), 0)["error"], false);
+    ring.done(r#"{"verb":"set","position":0,"set":{"magnet":false}}"#);
+    let view = ring.until(|view| device(view, 0)["error"] == true);
+    assert_eq!(device(&view, 1)["error"], false);
+    ring.done(r#"{"verb":"set","position":0,"set":{"magnet":true}}"#);
+}
+
+#[test]
+fn a_shaft_goes_where_it_is_put_and_moves_on_from_there() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":2,"set":{"raw":-5}}"#);
+    assert_eq!(device(&ring.view(), 2)["raw"], -5);
+    ring.done(r#"{"verb":"set","position":2,"set":{"motion":{"kind":"speed","per_s":1e6}}}"#);
+    ring.until(|view| device(view, 2)["raw"].as_i64() > Some(1_000));
+    ring.done(r#"{"verb":"set","position":2,"set":{"motion":{"kind":"hold"}}}"#);
+    let held = device(&ring.view(), 2)["raw"].clone();
+    assert!(held.as_i64() > Some(1_000));
+    assert_eq!(device(&ring.view(), 2)["raw"], held);
+    ring.done(
+        r#"{"verb":"set","position":2,"set":{"motion":{"kind":"moves","moves":[{"to":100,"in_s":0.01}]}}}"#,
+    );
+    ring.until(|view| device(view, 2)["raw"] == 100);
+}
+
+#[test]
+fn a_memory_that_cannot_be_read_is_an_error_after_power_on() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":1,"set":{"eeprom":{"fault":"read"},"supply_v":0}}"#);
+    ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":24}}"#);
+    let view = ring.until(|view| device(view, 1)["error"] == true);
+    assert_ne!(device(&view, 1)["latched_status"], "0000");
+    ring.done(r#"{"verb":"set","position":1,"set":{"eeprom":{"fault":"none"},"supply_v":0}}"#);
+    ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":24}}"#);
+    ring.until(|view| device(view, 1)["on"] == true && device(view, 1)["error"] == false);
+}
+
+#[test]
+fn the_power_goes_in_the_middle_of_a_write() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":2,"set":{"eeprom":{"fault":"cut","after_bytes":1}}}"#);
+    let write = |word| {
+        ring.station.handle().image().with(|image| image.out_mut()[2] = OutWord(word));
+    };
+    write(0xC200_270F);
+    ring.until(|view| device(view, 2)["on"] == false && device(view, 2)["supply_mv"] == 0);
+    write(0);
+    ring.done(r#"{"verb":"set","position":2,"set":{"supply_v":24}}"#);
+    ring.until(|view| device(view, 2)["on"] == true);
+}
+
+#[test]
+fn a_segment_is_troubled_for_a_time_or_until_told() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"line","segment":1,"fault":"silent"}"#);
+    let view = ring.until(|view| view["line"] == "silent");
+    assert_eq!(view["segment"], 1);
+    ring.done(r#"{"verb":"line","fault":"none"}"#);
+    let view = ring.until(|view| view["line"] == "good");
+    assert_eq!(view["segment"], Value::Null);
+    let before = view["counters"]["faulty_cycles"].as_u64();
+    ring.done(r#"{"verb":"line","segment":3,"fault":"bad","for_s":0.1}"#);
+    ring.until(|view| view["line"] == "good" && view["counters"]["faulty_cycles"].as_u64() > before);
+}
+
+#[test]
+fn help_gives_lines_that_work() {
+    let ring = Ring::start();
+    let help = ring.ask(r#"{"verb":"help"}"#);
+    let verbs = help["verbs"].as_array().unwrap();
+    let names: Vec<&Value> = verbs.iter().map(|verb| &verb["verb"]).collect();
+    assert_eq!(names, ["set", "line", "view", "help"]);
+    let mut examples = 0;
+    for verb in verbs {
+        for example in verb["examples"].as_array().unwrap() {
+            assert_eq!(example["verb"], verb["verb"]);
+            assert_eq!(ring.ask(&example.to_string())["ok"], true, "{example}");
+            examples += 1;
+        }
+    }
+    assert_eq!(examples, 8);
+}
+
+#[test]
+fn an_id_is_echoed_as_it_was_written() {
+    let ring = Ring::start();
+    for id in ["7", "1.50", "\"a\\u0041\"", "null", "true", "123456789012345678901234567890"] {
+        let line = format!(r#"{{"id":{id},"verb":"line","fault":"none"}}"#);
+        let answer = encoring_control::answer(&line, &ring.units, ring.station.handle());
+        assert_eq!(answer, format!(r#"{{"ok":true,"id":{id}}}"#));
+    }
+    assert_eq!(ring.ask(r#"{"id":4,"verb":"sett"}"#)["id"], 4);
+    for (id, bytes) in [("[1]", 3), ("{}", 2), (&format!("\"{}\"", "x".repeat(63)), 65)] {
+        assert_eq!(
+            ring.refused(&format!(r#"{{"id":{id},"verb":"view"}}"#)),
+            format!("id of {bytes} bytes; an id is a string, a number, true, false or null of at most 64")
+        );
+    }
+}
+
+#[test]
+fn a_refusal_names_place_value_and_limit() {
+    let ring = Ring::start();
+    let keys = "expected one of `preset1_v`, `preset2_v`, `supply_v`, `magnet`, `raw`, `motion`, `eeprom`";
+    for (line, error) in [
+        ("", "not a JSON object; a line looks like {\"verb\":\"help\"}"),
+        ("[1]", "not a JSON object; a line looks like {\"verb\":\"help\"}"),
+        ("{", "column 1: EOF while parsing an object"),
+        (r#"{"verb":"view"} {}"#, "column 17: trailing characters"),
+        (r#"{"verb":"view","verb":"help"}"#, "column 21: duplicate field `verb`"),
+        ("{}", "verb is missing; the verbs are set, line, view, help"),
+        (r#"{"verb":"sett"}"#, "verb \"sett\"; the verbs are set, line, view, help"),
+        (r#"{"verb":7}"#, "verb 7; the verbs are set, line, view, help"),
+        (r#"{"verb":"view","x":1}"#, "column 18: unknown field `x`, expected `verb` or `id`"),
+        (r#"{"verb":"set","set":{"raw":1}}"#, "column 30: missing field `position`"),
+        (r#"{"verb":"set","position":3,"set":{"raw":1}}"#, "position 3; the encoders are at 0 to 2"),
+        (r#"{"verb":"set","position":-1,"set":{"raw":1}}"#, "position -1; the encoders are at 0 to 2"),
+        (
+            r#"{"verb":"set","position":1.5,"set":{"raw":1}}"#,
+            "column 28: invalid type: floating point `1.5`, expected i64",
+        ),
+        (
+            r#"{"verb":"set","position":1,"set":{"suply_v":1}}"#,
+            &format!("column 43: unknown field `suply_v`, {keys}"),
+        ),
+        (r#"{"verb":"set","position":1,"set":{"raw":1,"raw":2}}"#, "column 47: duplicate field `raw`"),
+        (r#"{"verb":"set","position":1,"set":[1]}"#, "column 33: invalid type: sequence, expected an object"),
+        (r#"{"verb":"set","position":1,"set":{}}"#, "position 1, a ce-100-m: nothing is set"),
+        (
+            r#"{"verb":"set","position":1,"set":{"supply_v":1000.5}}"#,
+            "position 1, a ce-100-m: supply_v 1000.5; the limits are 0 and 1000",
+        ),
+        (
+            r#"{"verb":"set","position":1,"set":{"eeprom":{"fault":"read","cell":512}}}"#,
+            "position 1, a ce-100-m: cell 512; the limits are 0 and 511",
+        ),
+        (
+            r#"{"verb":"set","position":0,"set":{"motion":{"kind":"csv","file":"/etc/passwd"}}}"#,
+            "position 0: motion kind \"csv\" opens a file, which a peer cannot ask for; use moves",
+        ),
+        (r#"{"verb":"line","fault":"bad"}"#, "segment is missing; the segments are 0 to 3"),
+        (r#"{"verb":"line","segment":4,"fault":"bad"}"#, "segment 4; the segments are 0 to 3"),
+        (
+            r#"{"verb":"line","segment":0,"fault":"bad","for_s":-1}"#,
+            "for_s -1; the limits are 0 and 1000000000",
+        ),
+        (
+            r#"{"verb":"line","segment":0,"fault":"none"}"#,
+            "segment with fault \"none\", which ends every fault of the line and takes no other key",
+        ),
+        (
+            r#"{"verb":"line","for_s":1,"fault":"none"}"#,
+            "for_s with fault \"none\", which ends every fault of the line and takes no other key",
+        ),
+        (
+            r#"{"verb":"line","segment":0,"fault":"worse"}"#,
+            "column 42: unknown variant `worse`, expected one of `bad`, `silent`, `none`",
+        ),
+    ] {
+        assert_eq!(ring.refused(line), error, "{line}");
+    }
+}
+
+#[test]
+fn a_line_with_one_wrong_value_changes_nothing() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":1,"set":{"raw":77}}"#);
+    ring.refused(r#"{"verb":"set","position":1,"set":{"supply_v":0,"raw":1,"preset1_v":-1}}"#);
+    let view = ring.view();
+    assert_eq!(device(&view, 1)["on"], true);
+    assert_eq!(device(&view, 1)["raw"], 77);
+}
+
+#[test]
+fn a_ring_that_has_stopped_is_told_so() {
+    let Ring { station, units } = Ring::start();
+    let handle = station.handle().clone();
+    station.stop().unwrap();
+    for line in [
+        r#"{"verb":"view"}"#,
+        r#"{"verb":"line","fault":"none"}"#,
+        r#"{"verb":"set","position":1,"set":{"raw":1}}"#,
+    ] {
+        assert_eq!(
+            encoring_control::answer(line, &units, &handle),
+            r#"{"ok":false,"error":"the ring has stopped"}"#
+        );
+    }
+    assert!(encoring_control::answer(r#"{"verb":"help"}"#, &units, &handle).starts_with(r#"{"ok":true"#));
+}

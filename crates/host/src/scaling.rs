@@ -1,0 +1,27 @@
+//! From steps, turns and millimetres to the values of services 02, 03 and 09, and to the words that program them.
+//!
+//! Everything is exact arithmetic in whole numbers: what does not come out even is said, never hidden.
+//!
+//! ```
+//! use encoring_host::scaling::{Native, Ratio, rotary};
+//!
+//! let steps_per_turn: Ratio = "1000".parse()?;
+//! let found = rotary(steps_per_turn, "3.5".parse()?, Native::Q4096)?;
+//! assert_eq!((found.scaling.measuring_length(), found.scaling.fraction.to_string().as_str()), (3499, "35/10"));
+//! assert_eq!(found.scaling.too_large(Native::Q4096), None);
+//! let words = found.scaling.sequence().map(|step| step.out.to_string());
+//! assert_eq!(words.take(3).collect::<Vec<_>>(), ["42000DAB", "C2000DAB", "42000DAB"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod fraction;
+mod linear;
+mod ratio;
+mod rotary;
+mod sequence;
+
+pub use fraction::{Choice, Chosen, Fraction, Turns, TurnsOutside};
+pub use linear::{Linear, LinearScaling, ResolutionOutside, linear};
+pub use ratio::{Deviation, NumberError, Ratio, Rounded, Rounding};
+pub use rotary::{LengthOutside, Native, Rotary, RotaryError, RotaryScaling, TooLarge, ZeroLoss, rotary};
+pub use sequence::{Expected, Judged, Phase, Step};

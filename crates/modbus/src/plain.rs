@@ -1,0 +1,161 @@
+//! The rules of `docs/modbus.md` once more, for the tests: register by register and from a table of functions, with
+//! nothing of the code under test but the types of its input and output.
+
+use std::collections::BTreeMap;
+
+use encoring_ring::ProcessImage;
+use encoring_words::{InWord, OutWord};
+
+use crate::WordOrder;
+
+/// A function: where its fields stand in the PDU, counted from the function code.
+struct Row {
+    code: u8,
+    /// Bytes before the values.
+    head: usize,
+    /// Register table, place of the address, place of the count.
+    read: Option<(char, usize, usize)>,
+    /// Place of the address, place of the count (function 6 has none), the most registers.
+    write: Option<(usize, Option<usize>, u16)>,
+    byte_count: Option<usize>,
+}
+
+const ROWS: [Row; 5] = [
+    Row { code: 3, head: 5, read: Some(('h', 1, 3)), write: None, byte_count: None },
+    Row { code: 4, head: 5, read: Some(('i', 1, 3)), write: None, byte_count: None },
+    Row { code: 6, head: 3, read: None, write: Some((1, None, 1)), byte_count: None },
+    Row { code: 16, head: 6, read: None, write: Some((1, Some(3), 123)), byte_count: Some(5) },
+    Row { code: 23, head: 10, read: Some(('h', 1, 3)), write: Some((5, Some(7), 121)), byte_count: Some(9) },
+];
+
+/// What stands in a register: half of a word, given by its lowest bit.
+#[derive(Clone, Copy)]
+enum Cell {
+    Out(usize, u32),
+    In(usize, u32),
+}
+
+pub(crate) struct Plain {
+    pub(crate) image: ProcessImage,
+    registers: BTreeMap<(char, u16), Cell>,
+}
+
+fn number(pdu: &[u8], at: usize) -> u16 {
+    u16::from(pdu[at]) * 256 + u16::from(pdu[at + 1])
+}
+
+/// An image in which no two registers are alike.
+pub(crate) fn image(encoders: usize) -> ProcessImage {
+    let mut image = ProcessImage::new(encoders).unwrap();
+    let words = (0..).map(|k: u32| (0x4000 + 2 * k) << 16 | (0x4001 + 2 * k));
+    image.out_mut().iter_mut().zip(words).for_each(|(word, value)| *word = OutWord(value));
+    let words = (0..).map(|k: u32| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k));
+    image.input_mut().iter_mut().zip(words).for_each(|(word, value)| *word = InWord(value));
+    image
+}
+
+impl Plain {
+    pub(crate) fn new(encoders: usize, order: WordOrder) -> Self {
+        let [first, second] = match order {
+            WordOrder::HighFirst => [16, 0],
+            WordOrder::LowFirst => [0, 16],
+        };
+        let mut registers = BTreeMap::new();
+        for k in 0..encoders {
+            for (half, bit) in [(0, first), (1, second)] {
+                let at = u16::try_from(2 * k + half).unwrap();
+                registers.insert(('h', at), Cell::Out(k, bit));
+                registers.insert(('h', 1000 + at), Cell::In(k, bit));
+                registers.insert(('i', at), Cell::In(k, bit));
+            }
+        }
+        Self { image: image(encoders), registers }
+    }
+
+    /// The answer to a PDU; a success of a writing function has changed the image.
+    pub(crate) fn respond(&mut self, pdu: &[u8]) -> Vec<u8> {
+        let code = pdu.first().copied().unwrap_or(0);
+        self.judge(pdu, code).unwrap_or_else(|exception| vec![code | 0x80, exception])
+    }
+
+    fn judge(&mut self, pdu: &[u8], code: u8) -> Result<Vec<u8>, u8> {
+        let row = ROWS.iter().find(|row| row.code == code).ok_or(1)?;
+        if pdu.len() < row.head {
+            return Err(3);
+        }
+        let read = row.read.map(|(table, at, count)| (table, number(pdu, at), number(pdu, count)));
+        if read.is_some_and(|(_, _, count)| count == 0 || count > 125) {
+            return Err(3);
+        }
+        let mut length = row.head;
+        let mut write = None;
+        if let Some((at, count, most)) = row.write {
+            let count = count.map_or(1, |count| number(pdu, count));
+            if count == 0 || count > most {
+                return Err(3);
+            }
+            length += 2 * usize::from(count);
+            if row.byte_count.is_some_and(|at| u16::from(pdu[at]) != 2 * count) {
+                return Err(3);
+            }
+            write = Some((number(pdu, at), count));
+        }
+        if pdu.len() != length {
+            return Err(3);
+        }
+
+        let mut to = Vec::new();
+        if let Some((first, count)) = write {
+            for k in 0..count {
+                match self.registers.get(&('h', first.checked_add(k).ok_or(2)?)) {
+                    Some(Cell::Out(position, bit)) => to.push((*position, *bit)),
+                    _ => return Err(2),
+                }
+            }
+        }
+        let mut from = Vec::new();
+        if let Some((table, first, count)) = read {
+            for k in 0..count {
+                from.push(*self.registers.get(&(table, first.checked_add(k).ok_or(2)?)).ok_or(2)?);
+            }
+        }
+
+        for (k, (position, bit)) in to.into_iter().enumerate() {
+            let value = u32::from(number(pdu, row.head + 2 * k));
+            let word = &mut self.image.out_mut()[position].0;
+            *word = *word & !(0xFFFF << bit) | value << bit;
+        }
+        if row.read.is_none() {
+            return Ok(pdu[..5].to_vec());
+        }
+        let mut answer = vec![code, u8::try_from(2 * from.len()).unwrap()];
+        for cell in from {
+            let half = match cell {
+                Cell::Out(position, bit) => self.image.out()[position].0 >> bit,
+                Cell::In(position, bit) => self.image.input()[position].0 >> bit,
+            };
+            answer.extend([(half >> 8) as u8, half as u8]);
+        }
+        Ok(answer)
+    }
+}
+
+/// One valid request of each function for a ring of three encoders.
+pub(crate) fn requests() -> [Vec<u8>; 5] {
+    [
+        vec![3, 0, 0, 0, 6],
+        vec![4, 0, 2, 0, 3],
+        vec![6, 0, 1, 0x27, 0x0F],
+        vec![16, 0, 2, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
+        vec![23, 0x03, 0xE8, 0, 4, 0, 4, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
+    ]
+}
+
+/// The request with a header in front of it.
+pub(crate) fn framed(transaction: u16, unit: u8, pdu: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(pdu.len() + 1).unwrap();
+    let mut frame = [transaction, 0, length].map(u16::to_be_bytes).concat();
+    frame.push(unit);
+    frame.extend(pdu);
+    frame
+}

@@ -1,0 +1,195 @@
+//! Links only if no panic path is left in `words`, `encoder` and `ring`.
+//!
+//! Every entry of the three crates is called with values that the compiler cannot know. The panic handler calls a
+//! function that exists nowhere: if any path to a panic survives the optimiser, the linker names it. Formatting
+//! (`Display`, `Debug`) is left out; it is for people and never part of a machine.
+#![no_std]
+#![no_main]
+
+use core::convert::Infallible;
+use core::hint::black_box;
+
+use embedded_storage::{ReadStorage, Storage};
+use encoring_encoder::records::{self, EEPROM_BYTES, Record};
+use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
+use encoring_ring::image::Half;
+use encoring_ring::{CycleTime, ProcessImage, Verdict, WordRing};
+use encoring_words::model::{MODELS, Sensor};
+use encoring_words::parameter::{PARAMETERS, SsiValues};
+use encoring_words::service::SERVICES;
+use encoring_words::ssi_frame::{Level, SsiFrame};
+use encoring_words::word::{FIELDS, In, Out, ServiceNumber};
+use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord, ParameterSet, gray};
+
+unsafe extern "C" {
+    /// Defined nowhere.
+    fn a_panic_path_is_left() -> !;
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    // SAFETY: never linked.
+    unsafe { a_panic_path_is_left() }
+}
+
+/// A memory that answers anything at all.
+struct Memory([u8; EEPROM_BYTES]);
+
+impl ReadStorage for Memory {
+    type Error = Infallible;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for (k, byte) in bytes.iter_mut().enumerate() {
+            *byte = self.0.get(offset as usize + k).copied().unwrap_or(0xFF);
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        EEPROM_BYTES
+    }
+}
+
+impl Storage for Memory {
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
+        for (k, byte) in bytes.iter().enumerate() {
+            if let Some(place) = self.0.get_mut(offset as usize + k) {
+                *place = *byte;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A value that the compiler knows nothing about.
+fn any<T: Default>() -> T {
+    black_box(T::default())
+}
+
+fn model() -> Model {
+    match any::<u8>() {
+        0 => Model::La66,
+        1 => Model::Ce100M,
+        _ => Model::Ce65M,
+    }
+}
+
+fn level() -> Level {
+    Level::from_bit(any())
+}
+
+fn words() {
+    let out = OutWord(any());
+    black_box((out.service_bit(), out.high(), out.low(), OutWord::from_halves(any(), any())));
+    let decoded = black_box(out.decode());
+    black_box(OutWord::from(decoded));
+    if let Out::Request(fields) = decoded {
+        black_box(InWord::from(In::Reply(fields)));
+    }
+    let input = InWord(any());
+    black_box(InWord::from(black_box(input.decode())));
+    black_box((input.error_bit(), InWord::position(any(), any())));
+    for field in FIELDS {
+        black_box((field.mask(), field.of(any())));
+    }
+    black_box(ServiceNumber::new(any()).number());
+    black_box(gray::decode(gray::encode(any())));
+    let sensor = if any() {
+        Sensor::Rotary { steps_per_turn: any() }
+    } else {
+        Sensor::Linear { rod_um: any() }
+    };
+    let mut set = ParameterSet::factory(sensor);
+    for parameter in PARAMETERS {
+        black_box(parameter.normalise(model(), any()).ok());
+        set.set(parameter, any());
+        black_box((set.value(parameter), parameter.range(model())));
+    }
+    black_box((set.validity(model(), sensor), set.counting_direction(), set.ssi_values()));
+    for service in SERVICES {
+        black_box((service.known_to(model()), service.number(), service.name()));
+    }
+    for model in MODELS {
+        black_box((model.data_sheet(), model.status_mask(), model.refresh(), model.preset_inputs()));
+    }
+    let name: &str = black_box("ce-65-m");
+    black_box(name.parse::<Model>().ok());
+    for row in ErrorStatus::from_bits_retain(any()).explain() {
+        black_box(row);
+    }
+    let frame = SsiFrame::new(any(), SsiValues::from_data(any()), any());
+    black_box((frame.level(any()), frame.after(any()), frame.collect(any())));
+    black_box(Instant(any()) + Duration::from_secs(any()));
+    black_box(Instant(any()).since(Instant(any())));
+}
+
+fn encoder() {
+    let sensor = if any() {
+        Sensor::Rotary { steps_per_turn: any() }
+    } else {
+        Sensor::Linear { rod_um: any() }
+    };
+    let Ok(mut unit) = Unit::new(model(), sensor) else { return };
+    let week: &str = black_box("41/1997");
+    if let (Ok(week), Ok(other)) = (week.parse::<Week>(), Week::new(any(), any())) {
+        unit.firmware = if any() { week } else { other };
+    }
+    unit.service_times = ServiceTimes {
+        read: Duration(any()),
+        write: Duration(any()),
+        data_check: Duration(any()),
+        preset_adjustment: Duration(any()),
+    };
+    unit.zero_loss = if any() { ZeroLoss::Nearest } else { ZeroLoss::WorstAllowed };
+    let mut memory = black_box(Memory([0; EEPROM_BYTES]));
+    black_box(records::format(&unit, &mut memory).is_ok());
+    for record in Record::of(model()) {
+        black_box(records::write_count(&mut memory, record));
+    }
+    let magnet = if any() { Magnet::Present } else { Magnet::Missing };
+    let terminals = Terminals { raw: any(), magnet, preset_mv: [any(), any()] };
+    let mut encoder = Encoder::power_up(&unit, Instant(any()), &terminals, &mut memory);
+    while any() {
+        let terminals = Terminals { raw: any(), magnet, preset_mv: [any(), any()] };
+        black_box(encoder.exchange(Instant(any()), OutWord(any()), &terminals, &mut memory));
+        black_box(encoder.ssi_clock(Instant(any()), level(), &terminals));
+        black_box(encoder.ssi_level(Instant(any())));
+        black_box((encoder.refreshed_at(Instant(any())), encoder.position(), encoder.latched_status()));
+        black_box((encoder.error_pending(), encoder.handshake(), encoder.active(), encoder.parameters().validity()));
+    }
+    encoder.power_off(&mut memory);
+    black_box(&memory.0);
+}
+
+fn ring() {
+    let Ok(mut image) = ProcessImage::new(any()) else { return };
+    let half = if any() { Half::High } else { Half::Low };
+    black_box((image.out_half(any(), half), image.input_half(any(), half)));
+    black_box(image.set_out_half(any(), half, any()));
+    let mut ring = WordRing::default();
+    while any() {
+        let verdict = match any::<u8>() {
+            0 => Verdict::Good,
+            1 => Verdict::Bad { segment: any() },
+            _ => Verdict::Silent { segment: any() },
+        };
+        let answers = black_box([Some(InWord(0)); 128]);
+        let answers = answers.get(..any::<usize>()).unwrap_or_default();
+        let (out, input) = image.both();
+        ring.cycle(Instant(any()), out, input, answers, verdict);
+        black_box((ring.out_word(any(), Instant(any())), ring.bus_active(any(), Instant(any()))));
+        black_box((ring.incoming_connected(any(), Instant(any())), ring.has_taken(any())));
+        ring.power_off(any());
+    }
+    let time = CycleTime { bit: Duration(any()), software: Duration(any()), cable_m: any() };
+    black_box((time.of(any(), any()), time.of_encoders(any())));
+}
+
+/// The entry; the program is linked, never run.
+#[unsafe(no_mangle)]
+pub extern "C" fn _start() -> ! {
+    words();
+    encoder();
+    ring();
+    loop {}
+}
