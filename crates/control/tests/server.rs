@@ -51,9 +51,23 @@ async fn the_longest_line_is_read_and_one_byte_more_ends_the_connection() {
     assert_eq!(answers.iter().map(|answer| &answer["ok"]).collect::<Vec<_>>(), [true, true]);
     let too_long =
         json!({ "ok": false, "error": "the line is longer than 65536 bytes; the connection is closed" });
-    assert_eq!(server.exchange(filled(LINE_BYTES_MAX + 1).as_bytes()).await, [too_long.clone()]);
-    // Without an end it is noticed as well, and what still comes does not reset the connection over the answer.
+    assert_eq!(server.exchange(filled(LINE_BYTES_MAX + 1).as_bytes()).await, std::slice::from_ref(&too_long));
+    // Without an end it is noticed as well.
     assert_eq!(server.exchange(&vec![b'x'; 8 * LINE_BYTES_MAX]).await, [too_long]);
+}
+
+#[tokio::test]
+async fn what_comes_after_the_last_answer_does_not_reset_the_connection_over_it() {
+    let server = Server::start(Options::default()).await;
+    let mut peer = server.connect().await;
+    peer.write_all(b"GET / HTTP/1.1\n").await.unwrap();
+    let mut answer = String::new();
+    peer.read_to_string(&mut answer).await.unwrap();
+    assert!(answer.ends_with("the connection is closed\"}\n"), "{answer}");
+    for _ in 0..3 {
+        peer.write_all(b"Host: 127.0.0.1\n").await.unwrap();
+        tokio::task::yield_now().await;
+    }
 }
 
 #[tokio::test]

@@ -99,33 +99,32 @@ pub fn respond(request: &[u8], image: &mut ProcessImage, order: WordOrder) -> Pd
 
 impl<'a> Request<'a> {
     fn parse(request: &'a [u8]) -> Result<Self, Exception> {
-        // A PDU that is too short or too long for its function fails the pattern of its arm or the byte count.
         match *request {
-            [function @ (READ_HOLDING | READ_INPUT), ref fields @ ..] => {
-                let &[a1, a0, c1, c0] = fields else { return Err(Exception::IllegalDataValue) };
-                let table = if function == READ_HOLDING { Table::Holding } else { Table::Input };
-                Ok(Self { write: None, read: Some((table, Span::new([a1, a0], [c1, c0], READ_MAX)?)) })
+            [READ_HOLDING, a1, a0, c1, c0] => {
+                let span = Span::new([a1, a0], [c1, c0], READ_MAX)?;
+                Ok(Self { write: None, read: Some((Table::Holding, span)) })
             }
-            [WRITE_ONE, ref fields @ ..] => {
-                let [a1, a0, value @ ..] = fields else { return Err(Exception::IllegalDataValue) };
-                let span = Span { address: u16::from_be_bytes([*a1, *a0]), count: 1 };
+            [READ_INPUT, a1, a0, c1, c0] => {
+                let span = Span::new([a1, a0], [c1, c0], READ_MAX)?;
+                Ok(Self { write: None, read: Some((Table::Input, span)) })
+            }
+            [WRITE_ONE, a1, a0, ref value @ ..] => {
+                let span = Span { address: u16::from_be_bytes([a1, a0]), count: 1 };
                 Ok(Self { write: Some((span, span.values(2, value)?)), read: None })
             }
-            [WRITE_SEVERAL, ref fields @ ..] => {
-                let [a1, a0, c1, c0, bytes, values @ ..] = fields else {
-                    return Err(Exception::IllegalDataValue);
-                };
-                let span = Span::new([*a1, *a0], [*c1, *c0], WRITE_MAX)?;
-                Ok(Self { write: Some((span, span.values(*bytes, values)?)), read: None })
+            [WRITE_SEVERAL, a1, a0, c1, c0, bytes, ref values @ ..] => {
+                let span = Span::new([a1, a0], [c1, c0], WRITE_MAX)?;
+                Ok(Self { write: Some((span, span.values(bytes, values)?)), read: None })
             }
-            [WRITE_AND_READ, ref fields @ ..] => {
-                let [ra1, ra0, rc1, rc0, wa1, wa0, wc1, wc0, bytes, values @ ..] = fields else {
-                    return Err(Exception::IllegalDataValue);
-                };
-                let read = Span::new([*ra1, *ra0], [*rc1, *rc0], READ_MAX)?;
-                let span = Span::new([*wa1, *wa0], [*wc1, *wc0], READ_WRITE_MAX)?;
-                let write = Some((span, span.values(*bytes, values)?));
+            [WRITE_AND_READ, ra1, ra0, rc1, rc0, wa1, wa0, wc1, wc0, bytes, ref values @ ..] => {
+                let read = Span::new([ra1, ra0], [rc1, rc0], READ_MAX)?;
+                let span = Span::new([wa1, wa0], [wc1, wc0], READ_WRITE_MAX)?;
+                let write = Some((span, span.values(bytes, values)?));
                 Ok(Self { write, read: Some((Table::Holding, read)) })
+            }
+            // Too short, or a read that is too long.
+            [READ_HOLDING | READ_INPUT | WRITE_ONE | WRITE_SEVERAL | WRITE_AND_READ, ..] => {
+                Err(Exception::IllegalDataValue)
             }
             _ => Err(Exception::IllegalFunction),
         }

@@ -1,8 +1,6 @@
 //! The rules of `docs/modbus.md` once more, for the tests: register by register and from a table of functions, with
 //! nothing of the code under test but the types of its input and output.
 
-use std::collections::BTreeMap;
-
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
 
@@ -14,18 +12,28 @@ struct Row {
     /// Bytes before the values.
     head: usize,
     /// Register table, place of the address, place of the count.
-    read: Option<(char, usize, usize)>,
+    read: Option<(usize, usize, usize)>,
     /// Place of the address, place of the count (function 6 has none), the most registers.
     write: Option<(usize, Option<usize>, u16)>,
     byte_count: Option<usize>,
 }
 
+/// The register tables, each of 65536 places, most of them empty.
+const HOLDING: usize = 0;
+const INPUT: usize = 1;
+
 const ROWS: [Row; 5] = [
-    Row { code: 3, head: 5, read: Some(('h', 1, 3)), write: None, byte_count: None },
-    Row { code: 4, head: 5, read: Some(('i', 1, 3)), write: None, byte_count: None },
+    Row { code: 3, head: 5, read: Some((HOLDING, 1, 3)), write: None, byte_count: None },
+    Row { code: 4, head: 5, read: Some((INPUT, 1, 3)), write: None, byte_count: None },
     Row { code: 6, head: 3, read: None, write: Some((1, None, 1)), byte_count: None },
     Row { code: 16, head: 6, read: None, write: Some((1, Some(3), 123)), byte_count: Some(5) },
-    Row { code: 23, head: 10, read: Some(('h', 1, 3)), write: Some((5, Some(7), 121)), byte_count: Some(9) },
+    Row {
+        code: 23,
+        head: 10,
+        read: Some((HOLDING, 1, 3)),
+        write: Some((5, Some(7), 121)),
+        byte_count: Some(9),
+    },
 ];
 
 /// What stands in a register: half of a word, given by its lowest bit.
@@ -37,7 +45,7 @@ enum Cell {
 
 pub(crate) struct Plain {
     pub(crate) image: ProcessImage,
-    registers: BTreeMap<(char, u16), Cell>,
+    tables: [Vec<Option<Cell>>; 2],
 }
 
 fn number(pdu: &[u8], at: usize) -> u16 {
@@ -60,16 +68,19 @@ impl Plain {
             WordOrder::HighFirst => [16, 0],
             WordOrder::LowFirst => [0, 16],
         };
-        let mut registers = BTreeMap::new();
+        let mut tables = [HOLDING, INPUT].map(|_| vec![None; 65536]);
         for k in 0..encoders {
-            for (half, bit) in [(0, first), (1, second)] {
-                let at = u16::try_from(2 * k + half).unwrap();
-                registers.insert(('h', at), Cell::Out(k, bit));
-                registers.insert(('h', 1000 + at), Cell::In(k, bit));
-                registers.insert(('i', at), Cell::In(k, bit));
+            for (register, bit) in [(2 * k, first), (2 * k + 1, second)] {
+                tables[HOLDING][register] = Some(Cell::Out(k, bit));
+                tables[HOLDING][1000 + register] = Some(Cell::In(k, bit));
+                tables[INPUT][register] = Some(Cell::In(k, bit));
             }
         }
-        Self { image: image(encoders), registers }
+        Self { image: image(encoders), tables }
+    }
+
+    fn cell(&self, table: usize, first: u16, k: u16) -> Option<Cell> {
+        *self.tables[table].get(usize::from(first) + usize::from(k))?
     }
 
     /// The answer to a PDU; a success of a writing function has changed the image.
@@ -107,8 +118,8 @@ impl Plain {
         let mut to = Vec::new();
         if let Some((first, count)) = write {
             for k in 0..count {
-                match self.registers.get(&('h', first.checked_add(k).ok_or(2)?)) {
-                    Some(Cell::Out(position, bit)) => to.push((*position, *bit)),
+                match self.cell(HOLDING, first, k) {
+                    Some(Cell::Out(position, bit)) => to.push((position, bit)),
                     _ => return Err(2),
                 }
             }
@@ -116,7 +127,7 @@ impl Plain {
         let mut from = Vec::new();
         if let Some((table, first, count)) = read {
             for k in 0..count {
-                from.push(*self.registers.get(&(table, first.checked_add(k).ok_or(2)?)).ok_or(2)?);
+                from.push(self.cell(table, first, k).ok_or(2)?);
             }
         }
 

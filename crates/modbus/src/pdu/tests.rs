@@ -42,12 +42,14 @@ impl Comparison {
         self.compared += 1;
     }
 
-    /// The request itself, every change of one byte, and every length, cut or filled up in three ways.
+    /// Every change of one byte, and every length, cut or filled up in three ways. Of the many values that a long
+    /// request writes each is changed once.
     fn sweep(&mut self, request: &[u8]) {
         self.check(request);
         let mut changed = request.to_vec();
         for at in 0..request.len() {
-            for value in 0..=u8::MAX {
+            let values = if at < 16 { 0..=u8::MAX } else { !request[at]..=!request[at] };
+            for value in values {
                 changed[at] = value;
                 self.check(&changed);
             }
@@ -89,10 +91,10 @@ fn every_address_and_every_count_is_judged_by_the_plain_rules() {
     for any in 0..=u16::MAX {
         let [high, low] = any.to_be_bytes();
         for code in [3, 4] {
-            for count in [0, 1, 2, 6, 7, 125, 126] {
+            for count in [1, 2, 126] {
                 ring.check(&[code, high, low, 0, count]);
             }
-            for address in [0, 1, 5, 6] {
+            for address in [0, 5] {
                 ring.check(&[code, 0, address, high, low]);
             }
         }
