@@ -46,7 +46,7 @@ impl Tally {
 /// A device, and what the manuals say of it.
 #[derive(Clone)]
 pub(crate) struct Couple<'a> {
-    book: &'a Book,
+    pub(crate) book: &'a Book,
     device: Device,
     reading: Reading<'a>,
     start: Reading<'a>,
@@ -146,6 +146,14 @@ impl<'a> Couple<'a> {
     pub(crate) fn break_memory(&mut self, unreadable: bool) {
         self.device.break_memory(unreadable);
         self.reading.break_memory(unreadable);
+    }
+
+    /// Off and on, with a service bit that still stands from before.
+    pub(crate) fn power_cycle(&mut self, stale: u32, tally: &mut Tally) {
+        self.device.power_cycle();
+        self.reading.power_cycle();
+        self.step(stale, tally);
+        self.step(0, tally);
     }
 
     /// From here `take_back` starts over.

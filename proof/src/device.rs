@@ -59,6 +59,12 @@ impl Device {
         self.memory.unreadable = unreadable;
     }
 
+    pub(crate) fn power_cycle(&mut self) {
+        self.encoder.clone().power_off(&mut self.memory);
+        let unit = *self.encoder.unit();
+        self.encoder = Encoder::power_up(&unit, Instant(self.now), &self.terminals, &mut self.memory);
+    }
+
     /// Tells whether the memory has been written since it was asked last.
     pub(crate) fn memory_was_written(&mut self) -> bool {
         std::mem::take(&mut self.memory.written)

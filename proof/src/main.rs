@@ -26,7 +26,8 @@ struct Arguments {
     /// What to compare.
     #[arg(long, value_enum, default_value_t = Parts::All)]
     part: Parts,
-    /// Of the first requests only what lies at a boundary, and every 101st of the rest.
+    /// Normal mode with a new encoder only, of the first requests what lies at a boundary and a stride through the
+    /// rest, and pairs only if they are asked for.
     #[arg(long)]
     dense: bool,
     /// Threads; all cores if not given.
@@ -56,12 +57,15 @@ fn model() -> impl TypedValueParser<Value = &'static Book> {
 
 impl Arguments {
     fn parts(&self) -> Vec<Part> {
-        let requests = if self.dense { Part::DenseRequests } else { Part::Requests };
-        match self.part {
-            Parts::Normal => vec![Part::Normal],
-            Parts::Requests => vec![requests],
-            Parts::Pairs => vec![Part::Pairs],
-            Parts::All => vec![Part::Normal, Part::Pairs, requests],
+        use Part::{DenseRequests, Normal, NormalProgrammed, Pairs, Requests};
+        match (self.part, self.dense) {
+            (Parts::Normal, true) => vec![Normal],
+            (Parts::Normal, false) => vec![Normal, NormalProgrammed],
+            (Parts::Requests, true) => vec![DenseRequests],
+            (Parts::Requests, false) => vec![Requests],
+            (Parts::Pairs, _) => vec![Pairs],
+            (Parts::All, true) => vec![Normal, DenseRequests],
+            (Parts::All, false) => vec![Normal, NormalProgrammed, Pairs, Requests],
         }
     }
 
@@ -101,7 +105,7 @@ fn main() -> ExitCode {
 fn compare(part: Part, book: &Book, threads: usize) -> Tally {
     let chunks = part.chunks(book);
     let bar = ProgressBar::new(chunks.into()).with_message(format!("{}, {}", book.name, part.name()));
-    if let Ok(style) = ProgressStyle::with_template("{msg:40} {wide_bar} {percent:>3} % {eta:>4} to go") {
+    if let Ok(style) = ProgressStyle::with_template("{msg:38} {wide_bar} {percent:>3} % {eta:>4} to go") {
         bar.set_style(style);
     }
     let next = AtomicU32::new(0);

@@ -7,17 +7,21 @@ use crate::reading::{Book, Sensor, Service};
 const WRITE: u32 = 0xC000_0000;
 const READ: u32 = 0x8000_0000;
 const DATA_CHECK: u32 = 0x8800_0000;
+const UNKNOWN: u32 = 0x8F00_0000;
 
 /// Something to prove of one encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// Every word with service bit 0.
+    /// Every word with service bit 0, to a new encoder.
     Normal,
+    /// Every word with service bit 0, to a programmed encoder with an error pending.
+    NormalProgrammed,
     /// Every word with service bit 1, as the first request of a new encoder.
     Requests,
     /// Those of them that lie at a boundary, and every `STRIDE`-th.
     DenseRequests,
     /// Every service, read and written, with boundary values, twice in a row, from every state of the error latch.
+    /// Where no fault is latched, a second time with the supply off and on after them.
     Pairs,
 }
 
@@ -25,6 +29,7 @@ impl Part {
     pub(crate) const fn name(self) -> &'static str {
         match self {
             Self::Normal => "normal mode",
+            Self::NormalProgrammed => "normal mode, programmed",
             Self::Requests => "first requests",
             Self::DenseRequests => "first requests, dense",
             Self::Pairs => "pairs of requests",
@@ -34,7 +39,7 @@ impl Part {
     /// How many chunks it has.
     pub(crate) fn chunks(self, book: &Book) -> u32 {
         match self {
-            Self::Normal => (1 << 31) / NORMAL_CHUNK,
+            Self::Normal | Self::NormalProgrammed => (1 << 31) / NORMAL_CHUNK,
             Self::Requests => (1 << 31) / REQUEST_CHUNK,
             Self::DenseRequests => UPPER_BYTES * DENSE_CUTS,
             Self::Pairs => States::of(book).count() * pair_words(book).len() as u32,
@@ -44,14 +49,19 @@ impl Part {
     /// Compares one chunk; gives the number of words, requests or pairs in it.
     pub(crate) fn compare(self, book: &Book, chunk: u32, tally: &mut Tally) -> u64 {
         match self {
-            Self::Normal => normal(book, chunk, tally),
+            Self::Normal => normal(Couple::new(book, place(book, chunk), tally), chunk, tally),
+            Self::NormalProgrammed => {
+                let mut couple = programmed(book, place(book, chunk), tally);
+                couple.service(UNKNOWN, tally);
+                normal(couple, chunk, tally)
+            }
             Self::Requests => {
                 let first = 1 << 31 | chunk * REQUEST_CHUNK;
                 requests(book, chunk, first..=first + (REQUEST_CHUNK - 1), tally)
             }
             Self::DenseRequests => {
                 let (upper, cut) = (chunk / DENSE_CUTS, chunk % DENSE_CUTS);
-                let words = dense_data(book, cut).into_iter().map(|data| 1 << 31 | upper << 24 | data);
+                let words = dense_data(book, cut).map(|data| 1 << 31 | upper << 24 | data);
                 requests(book, chunk, words, tally)
             }
             Self::Pairs => pairs(book, chunk, tally),
@@ -73,11 +83,8 @@ fn place(book: &Book, turn: u32) -> i64 {
 const NORMAL_CHUNK: u32 = 1 << 20;
 const NORMAL_BLOCK: u32 = 1 << 12;
 
-fn normal(book: &Book, chunk: u32, tally: &mut Tally) -> u64 {
-    let mut couple = match chunk % 2 {
-        0 => Couple::new(book, place(book, chunk), tally),
-        _ => programmed(book, place(book, chunk), tally),
-    };
+fn normal(mut couple: Couple<'_>, chunk: u32, tally: &mut Tally) -> u64 {
+    let book = couple.book;
     let first = chunk * NORMAL_CHUNK;
     for block in 0..NORMAL_CHUNK / NORMAL_BLOCK {
         // A walk over the whole range of the sensor, twice as far on a shaft as it can tell apart without counting.
@@ -121,14 +128,15 @@ const DENSE_CUTS: u32 = 8;
 const STRIDE: u32 = 101;
 
 /// The data of one of the cuts: everything around the limits of the manuals, and a stride through the rest.
-fn dense_data(book: &Book, cut: u32) -> Vec<u32> {
-    let mut data: Vec<u32> = (0..0x1_0200).chain(0xFF_FF00..0x100_0000).collect();
-    data.extend((0..24).flat_map(|bit| around(1 << bit)));
-    data.extend(book.services.iter().flat_map(limits));
-    data.extend((0..0x100_0000).step_by(STRIDE as usize));
-    data.sort_unstable();
-    data.dedup();
-    data.into_iter().skip(cut as usize).step_by(DENSE_CUTS as usize).collect()
+fn dense_data(book: &Book, cut: u32) -> impl Iterator<Item = u32> {
+    let (low, middle, high) = (0..0x1_0200, 0x1_0200..0xFF_FF00, 0xFF_FF00..0x100_0000);
+    let stride = middle.clone().step_by(STRIDE as usize);
+    let mut limits: Vec<u32> = (0..24).flat_map(|bit| around(1 << bit)).collect();
+    limits.extend(book.services.iter().flat_map(limits_of));
+    limits.retain(|data| middle.contains(data) && !(data - middle.start).is_multiple_of(STRIDE));
+    limits.sort_unstable();
+    limits.dedup();
+    low.chain(stride).chain(high).chain(limits).skip(cut as usize).step_by(DENSE_CUTS as usize)
 }
 
 /// A value with its neighbours.
@@ -137,7 +145,7 @@ fn around(value: u32) -> impl Iterator<Item = u32> {
 }
 
 /// The limits of a service and what lies beside them.
-fn limits(service: &Service) -> Vec<u32> {
+fn limits_of(service: &Service) -> Vec<u32> {
     match *service {
         Service::Parameter { low, high, factory, .. } => {
             [low, high, factory].into_iter().flat_map(around).collect()
@@ -208,6 +216,10 @@ impl States {
         2 * self.beginnings.len() as u32 * (1 << FAULTS)
     }
 
+    fn is_without_faults(state: u32) -> bool {
+        state.is_multiple_of(1 << FAULTS)
+    }
+
     fn build<'a>(&self, book: &'a Book, state: u32, tally: &mut Tally) -> Couple<'a> {
         let (faults, rest) = (state % (1 << FAULTS), state >> FAULTS);
         let mut couple = match rest % 2 {
@@ -235,7 +247,10 @@ impl States {
         }
         for fault in (0..FAULTS).filter(|fault| faults >> fault & 1 == 1) {
             couple.break_memory(fault == 0);
-            couple.service([0x8200_0000, 0xC200_0000, 0xC800_0000, 0x8600_0000, 0x8F00_0000][fault as usize], tally);
+            couple.service(
+                [0x8200_0000, 0xC200_0000, 0xC800_0000, 0x8600_0000, UNKNOWN][fault as usize],
+                tally,
+            );
             couple.break_memory(false);
         }
         couple.state = format!("{}, {beginning:?}, faults {faults:05b}", couple.state);
@@ -250,7 +265,7 @@ fn pair_words(book: &Book) -> Vec<u32> {
     for (number, service) in (0_u32..).zip(&book.services) {
         words.extend([0, 0xFF_FFFF].map(|data| READ | number << 24 | data));
         let mut data = vec![0, 1, 0x12_3456, 0xFF_FFFF];
-        data.extend(limits(service));
+        data.extend(limits_of(service));
         match service {
             Service::Unknown | Service::DataCheck => {}
             Service::PresetAdjustment(_) => data.extend(around(MEASURING_LENGTH)),
@@ -283,6 +298,18 @@ fn pairs(book: &Book, chunk: u32, tally: &mut Tally) -> u64 {
         couple.service(DATA_CHECK, tally);
         couple.service(READ | first & 0x0F00_0000, tally);
         couple.service(READ | second & 0x0F00_0000, tally);
+    }
+    if States::is_without_faults(state) {
+        // Nothing of the error latch survives without supply: once is enough.
+        for second in &words {
+            couple.take_back();
+            couple.service(first, tally);
+            couple.service(*second, tally);
+            couple.power_cycle(*second, tally);
+            couple.service(DATA_CHECK, tally);
+            couple.service(READ | first & 0x0F00_0000, tally);
+            couple.service(READ | second & 0x0F00_0000, tally);
+        }
     }
     words.len() as u64
 }

@@ -201,6 +201,19 @@ impl<'a> Reading<'a> {
         self.memory_unreadable = unreadable;
     }
 
+    /// Switched off and on again where it is.
+    pub(crate) fn power_cycle(&mut self) {
+        (self.pending, self.latched, self.reply, self.service_bit_was_0) = (false, 0, None, false);
+        if self.validity() == 0 {
+            self.accepted = self.programmed;
+        } else {
+            self.pending = true;
+        }
+        if self.magnet_away {
+            self.place = 0;
+        }
+    }
+
     /// Tells whether the memory has been written since it was asked last.
     pub(crate) fn memory_was_written(&mut self) -> bool {
         std::mem::take(&mut self.memory_written)

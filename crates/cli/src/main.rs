@@ -4,6 +4,7 @@
 //! not.
 
 mod arguments;
+mod calc;
 mod completions;
 mod decode;
 mod output;
@@ -28,6 +29,7 @@ enum Command {
     Decode(decode::Arguments),
     Replay(replay::Arguments),
     Sim(sim::Arguments),
+    Calc(calc::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -36,6 +38,7 @@ fn main() -> ExitCode {
         Command::Decode(arguments) => decode::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Sim(arguments) => sim::run(&arguments),
+        Command::Calc(arguments) => calc::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     })
 }

@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal, Write};
-use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration as Real;
@@ -16,7 +16,7 @@ use encoring_station::{Keeper, Options, Outcome, Speed, Station, View};
 use encoring_trace::Writer;
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde_json::json;
+use serde::Serialize;
 use tokio::net::TcpListener;
 use tokio::sync::watch;
 
@@ -168,14 +168,12 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
-    let mut report = Report { format: arguments.format, listening: serde_json::Map::new() };
-    let listening = [("modbus", &modbus), ("control", &control)];
-    for (name, listener) in listening {
-        if let Some(listener) = listener {
-            report.listening(name, listener.local_addr()?);
-        }
-    }
-    report.start(&station.handle().view().map_err(bad_input)?)?;
+    let report = Report {
+        format: arguments.format,
+        modbus: where_it_listens("modbus", modbus.as_ref())?,
+        control: where_it_listens("control", control.as_ref())?,
+    };
+    report.start(station.first_view())?;
 
     if let Some(listener) = modbus {
         let options = encoring_modbus::Options {
@@ -312,26 +310,49 @@ impl Drop for Progress {
     }
 }
 
+/// The address that a server got, with a warning if it is open to others.
+fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Option<String>> {
+    let Some(listener) = listener else { return Ok(None) };
+    let address = listener.local_addr()?;
+    if !address.ip().to_canonical().is_loopback() {
+        note(&format!("note: {name} {address} can be reached from the network, and asks nobody for a password"));
+    }
+    Ok(Some(address.to_string()))
+}
+
 /// What is printed.
 struct Report {
     format: Format,
-    listening: serde_json::Map<String, serde_json::Value>,
+    modbus: Option<String>,
+    control: Option<String>,
+}
+
+/// The first line for programs.
+#[derive(Serialize)]
+struct Listening<'a> {
+    event: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    modbus: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    control: Option<&'a str>,
+}
+
+/// The last line for programs.
+#[derive(Serialize)]
+struct StoppedLine {
+    event: &'static str,
+    time_ns: u64,
+    #[serde(flatten)]
+    counters: encoring_station::view::Counters,
 }
 
 impl Report {
-    fn listening(&mut self, name: &str, address: SocketAddr) {
-        if !is_loopback(address.ip()) {
-            note(&format!("note: {name} {address} can be reached from the network, and asks nobody for a password"));
-        }
-        self.listening.insert(name.to_owned(), json!(address.to_string()));
-    }
-
-    fn start(&mut self, view: &View) -> io::Result<()> {
+    fn start(&self, view: &View) -> io::Result<()> {
+        let (modbus, control) = (self.modbus.as_deref(), self.control.as_deref());
         let mut out = io::stdout().lock();
         if self.format == Format::Json {
-            let mut line = serde_json::Map::from_iter([("event".to_owned(), json!("listening"))]);
-            line.append(&mut self.listening);
-            writeln!(out, "{}", serde_json::Value::Object(line))?;
+            let line = Listening { event: "listening", modbus, control };
+            writeln!(out, "{}", serde_json::to_string(&line)?)?;
             return out.flush();
         }
         let encoders = match view.devices.len() {
@@ -353,8 +374,10 @@ impl Report {
                 device.value.map_or_else(|| "off".to_owned(), |value| value.to_string()),
             )?;
         }
-        for (name, address) in &self.listening {
-            writeln!(out, "{name} {}", address.as_str().unwrap_or_default())?;
+        for (name, address) in [("modbus", modbus), ("control", control)] {
+            if let Some(address) = address {
+                writeln!(out, "{name} {address}")?;
+            }
         }
         out.flush()
     }
@@ -363,14 +386,8 @@ impl Report {
         let mut out = io::stdout().lock();
         let counters = view.counters;
         if self.format == Format::Json {
-            let line = json!({
-                "event": "stopped",
-                "time_ns": view.time_ns,
-                "cycles": counters.cycles,
-                "faulty_cycles": counters.faulty_cycles,
-                "dropped_cycles": counters.dropped_cycles,
-            });
-            writeln!(out, "{line}")?;
+            let line = StoppedLine { event: "stopped", time_ns: view.time_ns, counters };
+            writeln!(out, "{}", serde_json::to_string(&line)?)?;
         } else {
             writeln!(
                 out,
@@ -383,8 +400,4 @@ impl Report {
         }
         out.flush()
     }
-}
-
-fn is_loopback(ip: IpAddr) -> bool {
-    ip.to_canonical().is_loopback()
 }

@@ -125,7 +125,7 @@ mod tests {
         for length in 0..=u16::MAX {
             let [high, low] = length.to_be_bytes();
             let mut bytes = vec![0, 0, 0, 0, high, low];
-            bytes.resize(6 + usize::from(length), 3);
+            bytes.resize(6 + usize::from(length.min(300)), 3);
             let (frames, rest) = all(&bytes);
             if (2..=254).contains(&length) {
                 assert_eq!(rest, "0 bytes", "length {length}");

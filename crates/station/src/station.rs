@@ -41,6 +41,7 @@ impl Default for Options {
 #[derive(Debug)]
 pub struct Station {
     handle: Handle,
+    first_view: View,
     thread: JoinHandle<Outcome>,
 }
 
@@ -85,7 +86,8 @@ pub struct Memory {
 }
 
 impl Station {
-    /// Starts to cycle the ring of `world`. When this returns, the image shows the positions.
+    /// Starts to cycle the ring of `world`. When this returns, two cycles have run: if they were good, the image shows
+    /// the positions.
     ///
     /// # Errors
     /// If the system gives no thread.
@@ -107,16 +109,23 @@ impl Station {
         // A device shows its position from the second cycle on.
         ring.cycle();
         ring.cycle();
+        let first_view = ring.view();
         let (speed, until) = (options.speed, options.until);
         let thread =
             thread::Builder::new().name("ring".to_owned()).spawn(move || ring.run(speed, until, &waiting))?;
-        Ok(Self { handle, thread })
+        Ok(Self { handle, first_view, thread })
     }
 
     /// The handle to give away.
     #[must_use]
     pub const fn handle(&self) -> &Handle {
         &self.handle
+    }
+
+    /// The ring as it was before real time began.
+    #[must_use]
+    pub const fn first_view(&self) -> &View {
+        &self.first_view
     }
 
     /// `true` once the ring has stopped by itself.

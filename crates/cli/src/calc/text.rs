@@ -1,0 +1,98 @@
+//! The text of `calc`, for people with a PLC monitor in front of them.
+
+use std::fmt;
+
+use super::view::{CalcView, Note, StepView, ValueView};
+
+/// Where the text of a note begins.
+const INDENT: usize = 10;
+/// Where it ends.
+const WIDTH: usize = 80;
+
+impl CalcView {
+    /// What stands below the words.
+    fn legend(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let first_bytes = |pick: fn(&StepView) -> Option<&String>| {
+            let bytes: Vec<&str> =
+                self.sequence.iter().filter_map(pick).filter_map(|word| word.get(..2)).collect();
+            bytes.join(", ")
+        };
+        let good = first_bytes(|step| step.input.as_ref());
+        let with_error = first_bytes(|step| step.in_with_error.as_ref());
+        write!(
+            f,
+            "\
+position   IN is 00xxxxxx, in normal mode; 20xxxxxx if an error is pending
+error bit  IN begins with {with_error}, A8 instead of {good},
+           or the reply to 88000000 does not end in 0000
+
+With the error bit: write the end line of the service, then do service 08 again.
+`encoring decode --direction in WORD` explains its reply. An error from before
+shows there once; the next service 08 then answers 88000000.
+"
+        )
+    }
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut column = INDENT;
+        write!(f, "{:<INDENT$}", self.topic)?;
+        for (at, word) in self.text.split(' ').enumerate() {
+            if at > 0 && column + 1 + word.len() > WIDTH {
+                write!(f, "\n{:INDENT$}{word}", "")?;
+                column = INDENT + word.len();
+            } else if at > 0 {
+                write!(f, " {word}")?;
+                column += 1 + word.len();
+            } else {
+                write!(f, "{word}")?;
+                column += word.len();
+            }
+        }
+        writeln!(f)
+    }
+}
+
+fn value(f: &mut fmt::Formatter<'_>, letter: &str, value: &ValueView) -> fmt::Result {
+    let Some(service) = value.service else { return Ok(()) };
+    let name = format!("{letter}, {}", service.name());
+    writeln!(f, "{:02X}       {name:<28} {:>8}   {}", service.number(), value.value, value.hex)
+}
+
+fn step(f: &mut fmt::Formatter<'_>, step: &StepView) -> fmt::Result {
+    let label = match step.phase {
+        "prepare" => format!("{:02X}  {}", step.service, step.service_name),
+        _ => String::new(),
+    };
+    let StepView { out, out_high, out_low, .. } = step;
+    write!(f, "{label:<29}  {out}   {out_high} {out_low}    ")?;
+    match (&step.input, &step.in_high, &step.in_low) {
+        (Some(word), Some(high), Some(low)) => writeln!(f, "{word}   {high} {low}"),
+        _ => writeln!(f, "position"),
+    }
+}
+
+impl fmt::Display for CalcView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let models = self.models.join(", ");
+        match self.native {
+            Some(native) => writeln!(f, "{models}, {native} steps per turn on the rating plate\n")?,
+            None => writeln!(f, "{models}\n")?,
+        }
+        writeln!(f, "service  value                         decimal      hex")?;
+        for (letter, of) in ["S", "N", "D"].into_iter().zip(self.values()) {
+            value(f, letter, of)?;
+        }
+        writeln!(f)?;
+        self.notes.iter().try_for_each(|note| note.fmt(f))?;
+        if self.sequence.is_empty() {
+            return Ok(());
+        }
+        writeln!(f, "\nWrite OUT line by line, wait for IN, and one PLC cycle before the next line.\n")?;
+        writeln!(f, "{:<29}  OUT        high low     wait for IN  high low", "service")?;
+        self.sequence.iter().try_for_each(|of| step(f, of))?;
+        writeln!(f)?;
+        self.legend(f)
+    }
+}

@@ -1,0 +1,361 @@
+//! `encoring calc`, run as a user runs it.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, reason = "a test may panic")]
+
+use std::process::Command;
+
+use encoring_encoder::Unit;
+use encoring_host::scaling::{Judged, Native, Step, linear, rotary};
+use encoring_sim::{Node, Surroundings};
+use encoring_words::model::Sensor;
+use encoring_words::{Instant, Model, OutWord};
+use serde_json::Value;
+
+/// Exit code, standard output and standard error of `encoring calc` with these words.
+fn calc(arguments: &str) -> (Option<i32>, String, String) {
+    run(&arguments.split(' ').collect::<Vec<_>>())
+}
+
+fn run(arguments: &[&str]) -> (Option<i32>, String, String) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_encoring")).arg("calc").args(arguments).output().expect("it runs");
+    let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+fn json(arguments: &str) -> Value {
+    let (_, out, err) = calc(&format!("{arguments} --format json"));
+    assert_eq!((out.lines().count(), err.as_str()), (1, ""), "{arguments}");
+    serde_json::from_str(&out).unwrap()
+}
+
+/// S, N and D.
+fn values(answer: &Value) -> [Option<u64>; 3] {
+    ["measuring_length", "numerator", "denominator"].map(|key| answer[key]["value"].as_u64())
+}
+
+fn refused(arguments: &str, message: &str) {
+    let (code, out, err) = calc(arguments);
+    assert_eq!((code, out.as_str()), (Some(2), ""), "{arguments}: {err}");
+    assert_eq!(err.lines().next(), Some(message), "{arguments}");
+}
+
+#[test]
+fn the_calculations_of_a_retrofit_as_text() {
+    for (name, code, arguments) in [
+        ("ten_turns", 0, "rotary --steps-per-turn 1000 --turns 10"),
+        ("three_and_a_half_turns", 0, "rotary --steps-per-turn 4096 --turns 3.5"),
+        ("millimetres", 0, "rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2 --model ce-100-m"),
+        ("no_exact_fraction", 0, "rotary --steps-per-turn 1000 --turns 3.1416 --model ce-65-m"),
+        ("all_that_it_has", 0, "rotary --steps-per-turn 8192 --turns 2048 --native 8192"),
+        ("too_many_steps", 1, "rotary --steps-per-turn 5000 --turns 10"),
+        ("rod", 0, "linear --length-mm 500 --resolution-mm 0.01"),
+        ("rod_with_a_rest", 0, "linear --length-mm 500 --resolution-mm 0.03"),
+    ] {
+        let (status, out, err) = calc(arguments);
+        assert_eq!((status, err.as_str()), (Some(code), ""), "{arguments}");
+        let widest = out.lines().map(str::len).max();
+        assert!(widest <= Some(82), "{arguments}: {widest:?}");
+        insta::assert_snapshot!(name, out, &format!("encoring calc {arguments}"));
+    }
+}
+
+#[test]
+fn the_same_as_json() {
+    for (name, arguments) in [
+        ("json_three_and_a_half_turns", "rotary --steps-per-turn 1000 --turns 3.5"),
+        ("json_no_exact_fraction", "rotary --mm-per-turn 5 --resolution-mm 0.005 --turns 3.1416"),
+        ("json_too_many_steps", "rotary --steps-per-turn 5000 --turns 10"),
+        ("json_rod", "linear --length-mm 500 --resolution-mm 0.01"),
+    ] {
+        let pretty = serde_json::to_string_pretty(&json(arguments)).unwrap();
+        insta::assert_snapshot!(name, pretty, &format!("encoring calc {arguments} --format json"));
+    }
+}
+
+#[test]
+fn the_words_of_the_worked_example_can_be_typed_from_the_screen() {
+    let (_, out, _) = calc("rotary --steps-per-turn 1000 --turns 10");
+    let words: Vec<Vec<&str>> = out
+        .lines()
+        .skip_while(|line| !line.contains("high low"))
+        .skip(1)
+        .take(12)
+        .map(|line| line.get(31..).unwrap().split_whitespace().collect())
+        .collect();
+    assert_eq!(words[0], ["4200270F", "4200", "270F", "position"]);
+    assert_eq!(words[1], ["C200270F", "C200", "270F", "C200270F", "C200", "270F"]);
+    assert_eq!(words[2], words[0]);
+    assert_eq!(words[4][0], "C300000A");
+    assert_eq!(words[7][0], "C9000001");
+    assert_eq!(words[9], ["08000000", "0800", "0000", "position"]);
+    assert_eq!(words[10], ["88000000", "8800", "0000", "88000000", "8800", "0000"]);
+    assert_eq!(words[11], words[9]);
+}
+
+#[test]
+fn millimetres_count_like_the_steps_they_are() {
+    let steps = json("rotary --steps-per-turn 500 --turns 7/2");
+    let millimetres = json("rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2");
+    assert_eq!(values(&millimetres), values(&steps));
+    assert_eq!(values(&millimetres), [Some(1749), Some(7), Some(2)]);
+    assert_eq!(millimetres["steps"]["resolution_mm"], 0.01);
+    assert_eq!(values(&json("linear --length-mm 500 --resolution-mm 0.1")), [Some(0x1388), None, None]);
+}
+
+#[test]
+fn the_zero_is_judged_with_the_shift_it_would_cause() {
+    let shift = |arguments| {
+        let zero = json(arguments)["zero"].clone();
+        (zero["safe"].as_bool(), zero["shift_turns"].as_f64(), zero["shift_steps"].as_f64())
+    };
+    assert_eq!(shift("rotary --steps-per-turn 1000 --turns 10"), (Some(false), Some(6.0), Some(6000.0)));
+    assert_eq!(shift("rotary --steps-per-turn 4096 --turns 3.5"), (Some(false), Some(1.0), Some(4096.0)));
+    assert_eq!(shift("rotary --steps-per-turn 1000 --turns 0.5"), (Some(true), Some(0.0), Some(0.0)));
+}
+
+#[test]
+fn what_the_encoder_would_refuse_is_shown_without_words_but_with_what_works() {
+    let answer = json("rotary --steps-per-turn 5000 --turns 10");
+    assert_eq!(answer["usable"], false);
+    assert_eq!(answer["sequence"], serde_json::json!([]));
+    let fraction = &answer["too_large"]["smallest_fraction"];
+    assert_eq!([&fraction["numerator"]["value"], &fraction["denominator"]["value"]], [1001, 82]);
+    assert_eq!(answer["too_large"]["largest_measuring_length"]["value"], 40_959);
+    assert_eq!(json("rotary --steps-per-turn 5000 --turns 10 --native 8192")["usable"], true);
+    assert_eq!(calc("rotary --steps-per-turn 4096.4 --turns 1").0, Some(0), "rounded to 4096");
+    assert_eq!(calc("rotary --steps-per-turn 4097 --turns 1").0, Some(1));
+}
+
+#[test]
+fn the_commands_named_after_a_refusal_give_the_words_of_what_works() {
+    for (arguments, kept) in [
+        ("rotary --steps-per-turn 5000 --turns 10", [49_999, 40_959]),
+        ("rotary --steps-per-turn 4100 --turns 3.1416", [12_879, 12_866]),
+        ("rotary --steps-per-turn 9000 --turns 1863 --native 8192", [16_766_999, 15_261_695]),
+    ] {
+        let (code, out, _) = calc(arguments);
+        assert_eq!(code, Some(1), "{arguments}");
+        let words = out.split_whitespace().collect::<Vec<_>>().join(" ");
+        let commands: Vec<&str> = words
+            .match_indices("encoring calc rotary ")
+            .map(|(at, start)| {
+                let options = &words[at + start.len()..];
+                let native = if arguments.contains("--native") { 6 } else { 4 };
+                let end = options.match_indices(' ').nth(native - 1).map_or(options.len(), |(end, _)| end);
+                &options[..end]
+            })
+            .collect();
+        assert_eq!(commands.len(), 2, "{out}");
+        for (command, length) in commands.into_iter().zip(kept) {
+            let answer = json(&format!("rotary {command}"));
+            assert_eq!(
+                (&answer["usable"], values(&answer)[0]),
+                (&Value::Bool(true), Some(length)),
+                "{command}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_decimal_comma_is_refused_with_the_number_to_write() {
+    let hint = "write the decimals behind a point:";
+    refused(
+        "rotary --steps-per-turn 1000 --turns 3,5",
+        &format!("error: invalid value '3,5' for '--turns <TURNS>': {hint} 3.5"),
+    );
+    refused(
+        "linear --length-mm 500 --resolution-mm 0,01",
+        &format!("error: invalid value '0,01' for '--resolution-mm <MM>': {hint} 0.01"),
+    );
+    let (code, _, err) = run(&["rotary", "--steps-per-turn", "1000", "--turns", "3, 5"]);
+    assert_eq!(code, Some(2));
+    assert!(err.ends_with(&format!("{hint} 3.5\n\nFor more information, try '--help'.\n")), "{err}");
+}
+
+#[test]
+fn what_is_no_number_above_0_is_refused_with_what_is_allowed() {
+    let number = "allowed is a number like 12 or 0.01, above 0";
+    for length in ["0", "0.000", "-5", "+5", "-0.5"] {
+        refused(
+            &format!("linear --length-mm {length} --resolution-mm 0.01"),
+            &format!("error: invalid value '{length}' for '--length-mm <MM>': not above 0; {number}"),
+        );
+    }
+    for steps in ["1e3", "5mm", "--", "1,000.5,0"] {
+        let (code, out, err) = calc(&format!("rotary --steps-per-turn {steps} --turns 1"));
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{steps}");
+        assert!(err.starts_with("error: "), "{err}");
+    }
+    refused(
+        "rotary --steps-per-turn 1e3 --turns 1",
+        &format!(
+            "error: invalid value '1e3' for '--steps-per-turn <STEPS>': not a number of digits with at most one \
+             point, like 12 or 0.01; {number}"
+        ),
+    );
+    let turns = "allowed is a number like 3.5 or 7/2, from 1/99 to 65535";
+    for (given, problem) in [
+        ("0", "not above 0"),
+        ("-3.5", "not above 0"),
+        ("7/0", "not above 0"),
+        ("-7/2", "not above 0"),
+        ("3.5/2", "not a fraction of two whole numbers, like 7/2"),
+        ("7/", "not a fraction of two whole numbers, like 7/2"),
+        ("1234567890", "more than 9 digits before or behind the point"),
+    ] {
+        refused(
+            &format!("rotary --steps-per-turn 1000 --turns {given}"),
+            &format!("error: invalid value '{given}' for '--turns <TURNS>': {problem}; {turns}"),
+        );
+    }
+}
+
+/// The command with the options that the message names instead.
+fn with_hint(arguments: &str, option: &str, hint: &str) -> String {
+    let mut words: Vec<&str> = arguments.split(' ').collect();
+    let at = words.iter().position(|word| *word == option).unwrap();
+    words[at + 1] = hint;
+    words.join(" ")
+}
+
+#[test]
+fn ranges_that_cannot_be_programmed_are_refused_with_the_nearest_that_works() {
+    let allowed = "allowed are 17..16777216 (measuring length 10h..FFFFFFh); nearest that works:";
+    let rod = "allowed are 1..16777215 (FFFFFFh); nearest that works:";
+    for (arguments, problem, hints) in [
+        (
+            "rotary --steps-per-turn 1000 --turns 70000",
+            "70000 turns are outside 1/99..65535; nearest that works: --turns 65535".to_owned(),
+            // 65535000 positions: one problem at a time.
+            &[][..],
+        ),
+        (
+            "rotary --steps-per-turn 4096 --turns 1/100",
+            "0.01 turns are outside 1/99..65535; nearest that works: --turns 1/99".to_owned(),
+            &[("--turns", "1/99")],
+        ),
+        (
+            "rotary --steps-per-turn 8192 --turns 4096 --native 8192",
+            format!(
+                "8192 steps per turn over 4096 turns are 33554432 positions; {allowed} --steps-per-turn 4096, or \
+                 --turns 2048"
+            ),
+            &[("--steps-per-turn", "4096"), ("--turns", "2048")],
+        ),
+        (
+            "rotary --steps-per-turn 3 --turns 3.5",
+            format!(
+                "3 steps per turn over 3.5 turns are 10.5 positions; {allowed} --steps-per-turn 4.857143, or \
+                 --turns 6"
+            ),
+            &[("--steps-per-turn", "4.857143"), ("--turns", "6")],
+        ),
+        (
+            "rotary --mm-per-turn 5 --resolution-mm 0.001 --turns 4096",
+            format!(
+                "5000 steps per turn over 4096 turns are 20480000 positions; {allowed} --resolution-mm 0.001221"
+            ),
+            &[("--resolution-mm", "0.001221")],
+        ),
+        (
+            "linear --length-mm 500 --resolution-mm 1001",
+            format!("500 mm in steps of 1001 mm are about 0.4995 steps; {rod} --resolution-mm 500"),
+            &[("--resolution-mm", "500")],
+        ),
+        (
+            "linear --length-mm 500 --resolution-mm 0.00001",
+            format!("500 mm in steps of 0.00001 mm are 50000000 steps; {rod} --resolution-mm 0.000029803"),
+            &[("--resolution-mm", "0.000029803")],
+        ),
+    ] {
+        refused(arguments, &format!("error: {problem}"));
+        for (option, hint) in hints {
+            let (code, _, err) = calc(&with_hint(arguments, option, hint));
+            assert_eq!((code, err.as_str()), (Some(0), ""), "{arguments}: {option} {hint}");
+        }
+    }
+}
+
+#[test]
+fn options_that_do_not_go_together_are_bad_usage() {
+    refused(
+        "rotary --steps-per-turn 1000 --turns 1 --native 8192 --model ce-100-m",
+        "error: --native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096",
+    );
+    for arguments in [
+        "rotary --turns 1",
+        "rotary --mm-per-turn 5 --turns 1",
+        "rotary --steps-per-turn 5 --resolution-mm 1 --turns 1",
+        "rotary --steps-per-turn 5 --mm-per-turn 5 --resolution-mm 1 --turns 1",
+        "rotary --steps-per-turn 1000",
+        "rotary --steps-per-turn 1000 --turns 1 --native 4095",
+        "rotary --steps-per-turn 1000 --turns 1 --model la-66",
+        "linear --length-mm 500",
+        "elliptic",
+    ] {
+        let (code, out, err) = calc(arguments);
+        assert_eq!((code, out.as_str()), (Some(2), ""), "{arguments}");
+        assert!(err.starts_with("error: "), "{arguments}: {err}");
+    }
+}
+
+#[test]
+fn it_explains_itself_with_examples() {
+    for (arguments, example) in [
+        ("--help", "Examples:\n  encoring calc rotary"),
+        ("rotary --help", "Examples:\n  encoring calc rotary"),
+        ("linear --help", "Examples:\n  encoring calc linear"),
+    ] {
+        let (code, out, err) = calc(arguments);
+        assert_eq!((code, err.as_str()), (Some(0), ""));
+        assert!(out.contains(example), "{out}");
+        let widest = out.lines().map(str::len).max();
+        assert!(widest <= Some(100), "{arguments}: {widest:?}");
+        for line in out.lines().filter_map(|line| line.trim().strip_prefix("encoring calc ")) {
+            assert_eq!(calc(line).0, Some(0), "{line}");
+        }
+    }
+}
+
+/// A new encoder that takes a sequence word by word; then its position at each of these shafts.
+fn positions_after<const SHAFTS: usize>(
+    sequence: impl Iterator<Item = Step>,
+    sensor: Sensor,
+    shafts: [i64; SHAFTS],
+) -> [u32; SHAFTS] {
+    let model = if matches!(sensor, Sensor::Linear { .. }) { Model::La66 } else { Model::Ce65M };
+    let mut node = Node::new(Unit::new(model, sensor).unwrap());
+    let mut at = 0;
+    let mut surroundings = Surroundings::default();
+    let mut cycle = |out, shaft| {
+        at += 1_000_000;
+        surroundings.terminals.raw = shaft;
+        node.step(Instant(at), out, &surroundings).expect("it is on")
+    };
+    let mut last = OutWord(0);
+    for step in sequence {
+        let waited = (0..1000).find(|_| step.expected.judge(cycle(step.out, 0)) == Judged::Good);
+        assert!(waited.is_some(), "{step:?}");
+        last = step.out;
+    }
+    shafts.map(|shaft| cycle(last, shaft).0)
+}
+
+#[test]
+fn an_encoder_takes_the_words_and_counts_as_calculated() {
+    let found = rotary("1000".parse().unwrap(), "10".parse().unwrap(), Native::Q4096).unwrap();
+    let shafts = [0, 4, 5, 4095, 4096, 40_959, 40_960, -1];
+    let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
+    assert_eq!(shown, [0, 0, 1, 999, 1000, 9999, 0, 9999]);
+
+    let found = rotary("4096".parse().unwrap(), "3.5".parse().unwrap(), Native::Q4096).unwrap();
+    let shafts = [0, 4096, 14_335, 14_336];
+    let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
+    assert_eq!(shown, [0, 4096, 14_335, 0]);
+
+    let found = linear("500".parse().unwrap(), "0.01".parse().unwrap()).unwrap();
+    let shafts = [0, 10, 499_990, 500_000];
+    let shown = positions_after(found.scaling.sequence(), Sensor::Linear { rod_um: 500_000 }, shafts);
+    assert_eq!(shown, [0, 1, 49_999, 50_000]);
+}
