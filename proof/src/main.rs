@@ -7,8 +7,8 @@ mod reading;
 
 use std::num::NonZero;
 use std::process::ExitCode;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -120,7 +120,7 @@ fn compare(part: Part, book: &Book, threads: usize) -> Tally {
                     }
                     let mut tally = Tally::default();
                     let count = part.compare(book, chunk, &mut tally);
-                    let mut total = total.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+                    let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
                     total.0 += count;
                     total.1.add(tally);
                     bar.inc(1);
@@ -128,7 +128,7 @@ fn compare(part: Part, book: &Book, threads: usize) -> Tally {
             });
         }
     });
-    let (count, tally) = total.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    let (count, tally) = total.into_inner().unwrap_or_else(PoisonError::into_inner);
     let seconds = bar.elapsed().as_secs_f64();
     bar.finish_and_clear();
     println!(

@@ -56,12 +56,12 @@ impl Part {
                 normal(couple, chunk, tally)
             }
             Self::Requests => {
-                let first = 1 << 31 | chunk * REQUEST_CHUNK;
+                let first = READ + chunk * REQUEST_CHUNK;
                 requests(book, chunk, first..=first + (REQUEST_CHUNK - 1), tally)
             }
             Self::DenseRequests => {
                 let (upper, cut) = (chunk / DENSE_CUTS, chunk % DENSE_CUTS);
-                let words = dense_data(book, cut).map(|data| 1 << 31 | upper << 24 | data);
+                let words = dense_data(book, cut).map(|data| READ | upper << 24 | data);
                 requests(book, chunk, words, tally)
             }
             Self::Pairs => pairs(book, chunk, tally),
@@ -183,7 +183,9 @@ fn programmed<'a>(book: &'a Book, place: i64, tally: &mut Tally) -> Couple<'a> {
 }
 
 /// Faults that can be latched: 2^0 by a memory that cannot be read, 2^1, 2^2, 2^3 and 2^7 by requests.
-const FAULTS: u32 = 5;
+const FAULTS: [u32; 5] = [0x8200_0000, 0xC200_0000, 0xC800_0000, 0x8600_0000, UNKNOWN];
+/// Every set of them.
+const FAULT_SETS: u32 = 1 << FAULTS.len();
 
 /// The states of the error latch that pairs begin with: new or programmed, then one of these, then every set of faults.
 #[derive(Clone, Copy, Debug)]
@@ -213,15 +215,15 @@ impl States {
     }
 
     fn count(&self) -> u32 {
-        2 * self.beginnings.len() as u32 * (1 << FAULTS)
+        2 * self.beginnings.len() as u32 * FAULT_SETS
     }
 
     fn is_without_faults(state: u32) -> bool {
-        state.is_multiple_of(1 << FAULTS)
+        state.is_multiple_of(FAULT_SETS)
     }
 
     fn build<'a>(&self, book: &'a Book, state: u32, tally: &mut Tally) -> Couple<'a> {
-        let (faults, rest) = (state % (1 << FAULTS), state >> FAULTS);
+        let (faults, rest) = (state % FAULT_SETS, state / FAULT_SETS);
         let mut couple = match rest % 2 {
             0 => Couple::new(book, place(book, 0), tally),
             _ => programmed(book, place(book, 0), tally),
@@ -245,12 +247,9 @@ impl States {
                 couple.step(0, tally);
             }
         }
-        for fault in (0..FAULTS).filter(|fault| faults >> fault & 1 == 1) {
+        for (fault, request) in (0_u32..).zip(FAULTS).filter(|(fault, _)| faults >> fault & 1 == 1) {
             couple.break_memory(fault == 0);
-            couple.service(
-                [0x8200_0000, 0xC200_0000, 0xC800_0000, 0x8600_0000, UNKNOWN][fault as usize],
-                tally,
-            );
+            couple.service(request, tally);
             couple.break_memory(false);
         }
         couple.state = format!("{}, {beginning:?}, faults {faults:05b}", couple.state);
@@ -317,14 +316,14 @@ fn pairs(book: &Book, chunk: u32, tally: &mut Tally) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reading::{BOOKS, Layout, Limit};
+    use crate::reading::{BOOKS, Effect, Layout, Limit};
 
     /// A small sample of every part.
     fn sample(book: &Book) -> Tally {
         let mut tally = Tally::default();
         for upper in 0..UPPER_BYTES {
             let data = [0, 1, 2, 0xF, 0x10, 0x20, 0x21, 0x63, 0x64, 0x118, 0x1_0000, 0x12_3456, 0xFF_FFFF];
-            requests(book, upper, data.map(|data| 1 << 31 | upper << 24 | data), &mut tally);
+            requests(book, upper, data.map(|data| READ | upper << 24 | data), &mut tally);
         }
         let chunks = Part::Pairs.chunks(book);
         for chunk in (0..chunks).step_by(chunks as usize / 60) {
@@ -349,24 +348,28 @@ mod tests {
 
     #[test]
     fn a_wrong_reading_is_seen() {
-        type Slip = (&'static str, fn(&mut Book));
-        let slips: [Slip; 9] = [
-            ("a status bit too few", |book| book.status_mask ^= 1 << 7),
-            ("a status bit too many", |book| book.status_mask |= 0xFFFF),
-            ("a lower limit", |book| change(book, 2, |low, _, _| *low -= 1)),
-            ("an upper limit", |book| change(book, 9, |_, high, _| *high += 1)),
-            ("an upper limit of SSI bits", |book| change(book, 0xD, |_, high, _| *high += 1)),
-            ("a layout", |book| change(book, 0xD, |_, _, layout| *layout = Layout::Plain)),
-            ("a service that is none", |book| book.services[0xB] = Service::DataCheck),
-            ("a preset beyond the measuring length", |book| {
+        type Slip = (&'static str, usize, fn(&mut Book));
+        let slips: [Slip; 13] = [
+            ("a status bit too many", 0, |book| book.status_mask |= 1 << 1),
+            ("a lower limit", 0, |book| change(book, 2, |low, _, _| *low -= 1)),
+            ("a length of rod", 0, |book| book.sensor = Sensor::Rod { um: 500_010 }),
+            ("when a value is used", 0, |book| book.effect = Effect::AfterDataCheck),
+            ("a status bit too few", 1, |book| book.status_mask ^= 1 << 8),
+            ("an upper limit", 1, |book| change(book, 9, |_, high, _| *high += 1)),
+            ("an upper limit of preset values", 1, |book| change(book, 4, |_, high, _| *high -= 1)),
+            ("a lower limit", 2, |book| change(book, 2, |low, _, _| *low += 1)),
+            ("an upper limit of SSI bits", 2, |book| change(book, 0xD, |_, high, _| *high += 1)),
+            ("a layout", 2, |book| change(book, 0xD, |_, _, layout| *layout = Layout::Plain)),
+            ("a service that is none", 3, |book| book.services[0xB] = Service::DataCheck),
+            ("a preset beyond the measuring length", 3, |book| {
                 book.services[6] = Service::PresetAdjustment(Limit::To(0xFF_FFFF));
             }),
-            ("steps per turn", |book| book.sensor = Sensor::Shaft { steps_per_turn: 4096 }),
+            ("steps per turn", 3, |book| book.sensor = Sensor::Shaft { steps_per_turn: 4096 }),
         ];
-        for (slip, make) in slips {
-            let mut wrong = BOOKS[3];
+        for (slip, book, make) in slips {
+            let mut wrong = BOOKS[book];
             make(&mut wrong);
-            assert!(sample(&wrong).failed > 0, "{slip} was not seen");
+            assert!(sample(&wrong).failed > 0, "{slip} of {} was not seen", wrong.name);
         }
     }
 

@@ -157,9 +157,9 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let options = Options { speed: arguments.speed, until: arguments.lasting, record };
     let station = Station::start(world, options)?;
     let keeper = match &arguments.state {
-        Some(folder) => Some(
-            Keeper::start(station.handle().clone(), folder.clone(), units.clone()).map_err(bad_input)?,
-        ),
+        Some(folder) => {
+            Some(Keeper::start(station.handle().clone(), folder.clone(), units.clone()).map_err(bad_input)?)
+        }
         None => None,
     };
 
@@ -186,7 +186,13 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         };
         let image = station.handle().image().clone();
         let counters = Arc::new(Counters::default());
-        tokio::spawn(encoring_modbus::serve(listener, image, options, counters, until_stopped(stopped.clone())));
+        tokio::spawn(encoring_modbus::serve(
+            listener,
+            image,
+            options,
+            counters,
+            until_stopped(stopped.clone()),
+        ));
     }
     if let Some(listener) = control {
         let options = encoring_control::Options::default();
@@ -277,7 +283,11 @@ impl Recording {
 fn finish_recording(recording: Option<Recording>, outcome: &Outcome) -> Result<(), Failure> {
     let Some(Recording { file, partial }) = recording else { return Ok(()) };
     if let Err(cause) = &outcome.recording {
-        return Err(bad_input(format!("--record {}: {cause}; what was written is in {}", file.display(), partial.display())));
+        return Err(bad_input(format!(
+            "--record {}: {cause}; what was written is in {}",
+            file.display(),
+            partial.display()
+        )));
     }
     fs::rename(&partial, &file).map_err(|cause| bad_input(format!("--record {}: {cause}", file.display())))
 }
@@ -289,7 +299,8 @@ impl Progress {
     fn new(lasting: Option<Duration>) -> Self {
         let bar = lasting.filter(|_| io::stderr().is_terminal()).map(|lasting| {
             let bar = ProgressBar::new(lasting.as_nanos() / 1_000_000);
-            let style = ProgressStyle::with_template("{bar:40} {percent:>3} % of the time on the ring, {eta} left");
+            let style =
+                ProgressStyle::with_template("{bar:40} {percent:>3} % of the time on the ring, {eta} left");
             (bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())), lasting.as_nanos())
         });
         Self(bar)
@@ -315,7 +326,9 @@ fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Op
     let Some(listener) = listener else { return Ok(None) };
     let address = listener.local_addr()?;
     if !address.ip().to_canonical().is_loopback() {
-        note(&format!("note: {name} {address} can be reached from the network, and asks nobody for a password"));
+        note(&format!(
+            "note: {name} {address} can be reached from the network, and asks nobody for a password"
+        ));
     }
     Ok(Some(address.to_string()))
 }
@@ -359,7 +372,11 @@ impl Report {
             1 => "1 encoder".to_owned(),
             several => format!("{several} encoders"),
         };
-        writeln!(out, "{encoders} on a simulated ring, a cycle every {}", Duration::from_nanos(view.cycle_ns))?;
+        writeln!(
+            out,
+            "{encoders} on a simulated ring, a cycle every {}",
+            Duration::from_nanos(view.cycle_ns)
+        )?;
         writeln!(out, "position  device  model     OUT holding  IN input  position now")?;
         for device in &view.devices {
             let register = 2 * device.position;

@@ -359,3 +359,12 @@ fn an_encoder_takes_the_words_and_counts_as_calculated() {
     let shown = positions_after(found.scaling.sequence(), Sensor::Linear { rod_um: 500_000 }, shafts);
     assert_eq!(shown, [0, 1, 49_999, 50_000]);
 }
+
+#[test]
+fn the_page_for_users_shows_what_the_program_prints() {
+    let page = include_str!("../../../docs/calc.md");
+    let (_, example) = page.split_once("$ encoring calc ").unwrap();
+    let (command, rest) = example.split_once('\n').unwrap();
+    let (documented, _) = rest.split_once("```").unwrap();
+    assert_eq!(calc(command).1, documented);
+}

@@ -51,7 +51,7 @@ fn an_input_that_the_model_has_not_is_refused() {
     let ring = Ring::start();
     assert_eq!(
         ring.refused(r#"{"verb":"set","position":0,"set":{"preset2_v":24}}"#),
-        "position 0, a la-66: preset2_v: a la-66 has 1 preset inputs"
+        "position 0, a la-66: preset2_v: preset inputs of a la-66: 1"
     );
     assert_eq!(
         ring.refused(r#"{"verb":"set","position":2,"set":{"magnet":false}}"#),

@@ -30,7 +30,7 @@ pub enum Magnet {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Terminals {
     /// Rotary: the shaft in sensor steps, clockwise positive, unwrapped. Linear: the magnet in micrometres from
-    /// the start of the rod. Within +-2^62.
+    /// the start of the rod. Within +-2^62; a shaft that travels farther than 2^63 steps in all wraps.
     pub raw: i64,
     /// The magnet of the LA-66; the others have none.
     pub magnet: Magnet,

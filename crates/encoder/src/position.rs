@@ -3,8 +3,8 @@
 //! Rotary: `E' = E`, falling `-1 - E`; `phase = (E' * D + offset) mod (Q * N)`; `value = floor(phase * (S + 1) / (Q * N))`.
 //! Linear: `x' = x`, decreasing `L - x`; `value = (floor(x' * S / L) + offset) mod 2^24`.
 
-use encoring_words::ParameterSet;
 use core::num::NonZeroU64;
+use encoring_words::ParameterSet;
 
 use encoring_words::model::{SENSOR_TURNS, Sensor};
 use encoring_words::parameter::Direction;

@@ -141,9 +141,11 @@ struct Slot<const N: usize> {
     value: [u8; N],
 }
 
-/// The slots of a record as far as they are in force, with the number of the newest.
+/// The slots of a record as far as they are in force.
 struct Slots<const N: usize> {
     slots: [Option<Slot<N>>; 2],
+    /// Both could be read, in force or not.
+    readable: bool,
 }
 
 impl<const N: usize> Slots<N> {
@@ -173,24 +175,26 @@ fn check<const N: usize>(record: Record, count: [u8; 4], value: &[u8; N]) -> [u8
     digest.finalize().to_le_bytes()
 }
 
-fn slots<const N: usize>(memory: &mut impl Storage, record: Record) -> Result<Slots<N>, Lost> {
+fn slots<const N: usize>(memory: &mut impl Storage, record: Record) -> Slots<N> {
     let (base, stride) = record.place();
-    let mut slot = |number: u32| -> Result<Option<Slot<N>>, Lost> {
-        let mut at = base + number * stride;
-        let mut read = |bytes: &mut [u8]| {
-            let done = memory.read(at, bytes).map_err(|_| Lost);
-            at += bytes.len() as u32;
-            done
-        };
-        let (mut marker, mut count, mut value, mut sum) = ([0; 1], [0; 4], [0; N], [0; 4]);
-        read(&mut marker)?;
-        read(&mut count)?;
-        read(&mut value)?;
-        read(&mut sum)?;
-        let in_force = marker == [IN_FORCE] && sum == check(record, count, &value);
-        Ok(in_force.then(|| Slot { count: u32::from_le_bytes(count), value }))
-    };
-    Ok(Slots { slots: [slot(0)?, slot(1)?] })
+    let slots = [base, base + stride].map(|at| slot(memory, record, at));
+    let readable = slots.iter().all(Result::is_ok);
+    Slots { slots: slots.map(|slot| slot.unwrap_or(None)), readable }
+}
+
+/// One slot; `None` if it is not in force.
+fn slot<const N: usize, M: Storage>(
+    memory: &mut M,
+    record: Record,
+    mut at: u32,
+) -> Result<Option<Slot<N>>, M::Error> {
+    let (mut marker, mut count, mut value, mut sum) = ([0; 1], [0; 4], [0; N], [0; 4]);
+    for bytes in [&mut marker[..], &mut count, &mut value, &mut sum] {
+        memory.read(at, bytes)?;
+        at += bytes.len() as u32;
+    }
+    let in_force = marker == [IN_FORCE] && sum == check(record, count, &value);
+    Ok(in_force.then(|| Slot { count: u32::from_le_bytes(count), value }))
 }
 
 /// Reads a record from its newest slot in force.
@@ -198,7 +202,7 @@ pub(crate) fn read<const N: usize, T: Stored<N>>(
     memory: &mut impl Storage,
     record: Record,
 ) -> Result<T, Lost> {
-    let slots = slots(memory, record)?;
+    let slots = slots(memory, record);
     let (_, slot) = slots.newest().ok_or(Lost)?;
     T::from_bytes(slot.value).ok_or(Lost)
 }
@@ -210,11 +214,12 @@ pub(crate) fn write<const N: usize, T: Stored<N>>(
     value: &T,
 ) -> Result<(), NotStored> {
     const { assert!(N <= LONGEST) }
-    // A memory that cannot be read now may hold a good record: it is left alone.
-    let slots = slots::<N>(memory, record).map_err(|Lost| NotStored)?;
+    let slots = slots::<N>(memory, record);
     let bytes = value.to_bytes();
     let (target, count) = match slots.newest() {
         Some((_, slot)) if slot.value == bytes => return Ok(()),
+        // What cannot be read now may be the newer copy: it is left alone.
+        _ if !slots.readable => return Err(NotStored),
         Some((newest, slot)) => (1 - newest as u32, slot.count.wrapping_add(1)),
         None => (0, 1),
     };
@@ -222,21 +227,7 @@ pub(crate) fn write<const N: usize, T: Stored<N>>(
     let at = base + target * stride;
     let count = count.to_le_bytes();
     let sum = check(record, count, &bytes);
-    let mut put =
-        |offset: usize, bytes: &[u8]| memory.write(at + offset as u32, bytes).map_err(|_| NotStored);
-    put(0, &[INVALID])?;
-    put(1, &count)?;
-    put(5, &bytes)?;
-    put(5 + N, &sum)?;
-    put(0, &[IN_FORCE])?;
-
-    let mut image = [0_u8; OVERHEAD + LONGEST];
-    let (slot_bytes, _) = image.split_at_mut(OVERHEAD + N);
-    let read_back = memory.read(at, slot_bytes).is_ok() && {
-        let expected = [IN_FORCE].into_iter().chain(count).chain(bytes).chain(sum);
-        slot_bytes.iter().copied().eq(expected)
-    };
-    if read_back {
+    if put(memory, at, count, &bytes, sum) && reads_back(memory, at, count, &bytes, sum) {
         return Ok(());
     }
     // The device goes on with the old value, so the next power-up must find the old one too.
@@ -244,11 +235,28 @@ pub(crate) fn write<const N: usize, T: Stored<N>>(
     Err(NotStored)
 }
 
+/// Writes a slot, its marker last; `false` as soon as the memory refuses.
+fn put(memory: &mut impl Storage, at: u32, count: [u8; 4], value: &[u8], sum: [u8; 4]) -> bool {
+    let after_value = at + 5 + value.len() as u32;
+    memory.write(at, &[INVALID]).is_ok()
+        && memory.write(at + 1, &count).is_ok()
+        && memory.write(at + 5, value).is_ok()
+        && memory.write(after_value, &sum).is_ok()
+        && memory.write(at, &[IN_FORCE]).is_ok()
+}
+
+fn reads_back(memory: &mut impl Storage, at: u32, count: [u8; 4], value: &[u8], sum: [u8; 4]) -> bool {
+    let mut image = [0_u8; OVERHEAD + LONGEST];
+    let Some(slot) = image.get_mut(..OVERHEAD + value.len()) else { return false };
+    let expected = [IN_FORCE].into_iter().chain(count).chain(value.iter().copied()).chain(sum);
+    memory.read(at, slot).is_ok() && slot.iter().copied().eq(expected)
+}
+
 /// How often a record has been written; 0 for one that is lost.
 #[must_use]
 pub fn write_count(memory: &mut impl Storage, record: Record) -> u32 {
     fn count<const N: usize>(memory: &mut impl Storage, record: Record) -> u32 {
-        slots::<N>(memory, record).ok().and_then(|slots| Some(slots.newest()?.1.count)).unwrap_or(0)
+        slots::<N>(memory, record).newest().map_or(0, |(_, slot)| slot.count)
     }
     match record {
         Record::Programmed(_) => count::<3>(memory, record),

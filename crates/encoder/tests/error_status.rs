@@ -260,3 +260,15 @@ fn speed_and_acceleration_beyond_every_limit_set_no_error() {
         assert_eq!(bench.data_check(), 0x8800_0000);
     }
 }
+
+#[test]
+fn the_latched_status_is_what_the_next_data_check_tells() {
+    for (mut bench, told) in every_model().into_iter().zip([0x0000, 0x008E, 0x008E, 0x008E]) {
+        for out in [0x8700_0000, 0x8600_0000, 0xC800_0000, 0xC200_0000] {
+            bench.service(out);
+        }
+        assert_eq!(bench.encoder.latched_status().bits(), told, "{}", bench.model());
+        assert_eq!(bench.data_check(), 0x8800_0000 | u32::from(told));
+        assert!(bench.encoder.latched_status().is_empty());
+    }
+}

@@ -336,8 +336,8 @@ pub enum EepromTable {
         /// Bytes that are still written, at least 1.
         after_bytes: i64,
     },
-    /// All faults end.
-    None,
+    /// All faults end. With braces, so that other keys are refused.
+    None {},
 }
 
 impl Scenario {
@@ -638,7 +638,7 @@ impl SetTable {
             let Some(volts) = volts else { continue };
             let inputs = unit.model().preset_inputs();
             if input >= inputs {
-                return Err(format!("{name}: a {} has {inputs} preset inputs", unit.model()));
+                return Err(format!("{name}: preset inputs of a {}: {inputs}", unit.model()));
             }
             changes.push(Change::Preset { input, millivolts: millivolts(name, volts)? });
         }
@@ -659,7 +659,7 @@ impl EepromTable {
             Self::Cut { after_bytes } => {
                 Change::PowerCut(within("after_bytes", *after_bytes, 1, 1_000_000)? as u64)
             }
-            Self::None => Change::MemoryRepair,
+            Self::None {} => Change::MemoryRepair,
         })
     }
 }

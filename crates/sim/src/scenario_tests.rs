@@ -147,6 +147,10 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
         (one("motion = { kind = \"speed\" }\n"), "speed takes either per_s or rpm"),
         (one("motion = { kind = \"speed\", rpm = 1e9 }\n"), "the limits are -1000000000 and 1000000000"),
         (one("motion = { kind = \"csv\", file = \"no-such-file.csv\" }\n"), "no-such-file.csv: "),
+        (
+            one("[[event]]\nat_s = 1\nposition = 0\nset = { eeprom = { fault = \"none\", cell = 7 } }\n"),
+            "unknown field `cell`",
+        ),
         (one("[ring]\nkbit_s = 1000\n"), "kbit_s 1000; the bus has 500 or 2000"),
     ] {
         assert!(message.contains(part), "{message:?} does not say {part:?}");

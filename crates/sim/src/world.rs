@@ -43,6 +43,8 @@ pub struct Place {
     last_exchange: Instant,
     /// The device has not had its supply all through the present cycle.
     interrupted: bool,
+    /// The supply failed since the last cycle, even if it is back.
+    dipped: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -81,6 +83,7 @@ impl World {
             supplied_since: Instant::ZERO,
             last_exchange: Instant::ZERO,
             interrupted: false,
+            dipped: false,
         });
         Ok(Self {
             now: Instant::ZERO,
@@ -173,6 +176,9 @@ impl World {
                 self.exchange_without_cycles(position, ends);
             }
         }
+        for place in &mut self.places {
+            place.dipped = false;
+        }
         self.now = ends;
         Cycled { at: ends, verdict }
     }
@@ -227,6 +233,7 @@ impl World {
                 place.around.supply_mv = *millivolts;
                 place.node.supply(*millivolts);
                 if *millivolts < OFF_BELOW_MV {
+                    place.dipped = true;
                     if was_on {
                         self.keep(position, at, OutWord(0), None);
                     }
@@ -249,7 +256,7 @@ impl World {
     fn verdict(&mut self, ends: Instant) -> Verdict {
         self.line = self.line.filter(|trouble| trouble.since + trouble.lasting > self.now);
         for place in &mut self.places {
-            place.interrupted = !place.is_supplied();
+            place.interrupted = place.dipped || !place.is_supplied();
         }
         for event in self.events.iter().skip(self.next_event).take_while(|event| event.at <= ends) {
             match &event.what {

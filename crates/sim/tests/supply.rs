@@ -234,3 +234,16 @@ fn a_preset_requested_while_the_encoder_is_off_moves_no_zero_even_if_a_bad_cycle
         assert_eq!(offsets(&ring, position), 1, "only formatted, at {position}");
     }
 }
+
+#[test]
+fn a_dip_between_two_cycles_opens_the_ring_for_the_next() {
+    let mut ring = Ring::new(&three([0, 5, 6]));
+    ring.cycles(5);
+    let supply = |mv| [encoring_sim::scenario::Change::Supply(mv)];
+    ring.world.change(1, &supply(0));
+    ring.world.change(1, &supply(24_000));
+    ring.cycles(1);
+    assert_eq!(ring.last, Verdict::Silent { segment: 2 });
+    ring.cycles(1);
+    assert_eq!(ring.last, Verdict::Good);
+}
