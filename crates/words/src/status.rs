@@ -114,6 +114,23 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_remedies_say_what_the_table_of_disturbances_says() {
+        for (bits, said) in [
+            (ErrorStatus::ONLY_READING, "set bit 2^30 (read-write bit) to 0"),
+            (ErrorStatus::ONLY_WRITING, "set bit 2^30 (read-write bit) to 1"),
+            (ErrorStatus::UNKNOWN_COMMAND, "check the service number"),
+            (ErrorStatus::NUMERATOR_ZERO, "1..FFFFh"),
+            (ErrorStatus::LENGTH_TOO_LARGE, "raise numerator/denominator"),
+            (ErrorStatus::READING_DATA, "if the error comes again, replace the encoder"),
+        ] {
+            let mut rows = bits.explain();
+            let row = rows.next().unwrap();
+            assert!(row.remedy.contains(said), "{row:?}");
+            assert_eq!(rows.next(), None);
+        }
+    }
+
+    #[test]
     fn every_named_bit_has_its_row_and_every_row_a_name() {
         let rows = STATUS_BITS.iter().fold(0_u16, |bits, row| bits | 1 << row.bit);
         assert_eq!(rows, ErrorStatus::all().bits());
