@@ -18,7 +18,7 @@ use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use tokio::net::TcpListener;
-use tokio::sync::watch;
+use tokio::sync::{Notify, watch};
 
 use crate::output::{Answer, Failure, Format, bad_input, note};
 
@@ -143,6 +143,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, Failure> {
+    // From here on a signal ends the simulation in order, also between its first line and its first wait.
+    let signalled = Arc::new(Notify::new());
+    let for_handler = Arc::clone(&signalled);
+    ctrlc::set_handler(move || for_handler.notify_one()).map_err(io::Error::other)?;
     // Everything that can be refused is looked at before anything is written.
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
@@ -199,7 +203,12 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         let ring = station.handle().clone();
         tokio::spawn(encoring_control::serve(listener, ring, units.clone(), options, until_stopped(stopped)));
     }
-    wait(&station, arguments.lasting).await?;
+    let progress = Progress::new(arguments.lasting);
+    tokio::select! {
+        () = signalled.notified() => {}
+        () = finished(&station, &progress) => {}
+    }
+    drop(progress);
     drop(stop);
 
     let outcome = station.stop().map_err(bad_input)?;
@@ -212,21 +221,11 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     Ok(Answer::Yes)
 }
 
-/// Waits until the ring has stopped or somebody wants it to.
-async fn wait(station: &Station, lasting: Option<Duration>) -> Result<(), Failure> {
-    let mut terminated = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::terminate())?;
-    let progress = Progress::new(lasting);
-    loop {
-        tokio::select! {
-            pressed = tokio::signal::ctrl_c() => { pressed?; return Ok(()) }
-            _ = terminated.recv() => return Ok(()),
-            () = tokio::time::sleep(LOOK_EVERY) => {
-                if station.is_finished() {
-                    return Ok(());
-                }
-                progress.show(station);
-            }
-        }
+/// Waits until the ring has stopped by itself.
+async fn finished(station: &Station, progress: &Progress) {
+    while !station.is_finished() {
+        progress.show(station);
+        tokio::time::sleep(LOOK_EVERY).await;
     }
 }
 

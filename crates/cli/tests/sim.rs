@@ -1,0 +1,246 @@
+//! `encoring sim` as its users run it: the program, sockets and files.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    missing_docs,
+    reason = "a test may panic"
+)]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(PROGRAM).current_dir(folder).args(arguments).output().unwrap()
+}
+
+/// What a refused call says; it ends with 2 and prints nothing else.
+fn refused(folder: &Path, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+    assert_eq!(output.stdout, b"", "{arguments:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+/// A simulation that runs in the background.
+struct Sim {
+    program: Child,
+    lines: BufReader<ChildStdout>,
+    listening: serde_json::Value,
+}
+
+impl Sim {
+    fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let mut program = Command::new(PROGRAM)
+            .current_dir(folder)
+            .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(program.stdout.take().unwrap());
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        Self { program, lines, listening: serde_json::from_str(&first).unwrap() }
+    }
+
+    fn connect(&self, name: &str) -> TcpStream {
+        TcpStream::connect(self.listening[name].as_str().unwrap()).unwrap()
+    }
+
+    /// Ends it as `signal` would, and gives its last line.
+    fn end(mut self, signal: &str) -> serde_json::Value {
+        let pid = self.program.id().to_string();
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+        let mut rest = String::new();
+        self.lines.read_to_string(&mut rest).unwrap();
+        assert_eq!(self.program.wait().unwrap().code(), Some(0));
+        serde_json::from_str(rest.lines().last().unwrap()).unwrap()
+    }
+}
+
+/// One Modbus request.
+fn ask(client: &mut TcpStream, pdu: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(pdu.len() + 1).unwrap().to_be_bytes();
+    client.write_all(&[&[0, 1, 0, 0][..], &length, &[1], pdu].concat()).unwrap();
+    let mut header = [0; 7];
+    client.read_exact(&mut header).unwrap();
+    let mut answer = vec![0; usize::from(u16::from_be_bytes([header[4], header[5]])) - 1];
+    client.read_exact(&mut answer).unwrap();
+    answer
+}
+
+fn write_out(client: &mut TcpStream, position: u8, word: u32) {
+    let pdu = [&[16, 0, 2 * position, 0, 2, 4][..], &word.to_be_bytes()].concat();
+    assert_eq!(ask(client, &pdu), pdu[..5]);
+}
+
+fn read_in(client: &mut TcpStream, position: u8) -> u32 {
+    let answer = ask(client, &[4, 0, 2 * position, 0, 2]);
+    u32::from_be_bytes(answer[2..6].try_into().unwrap())
+}
+
+/// A whole service; waits for its reply and its end.
+fn service(client: &mut TcpStream, position: u8, request: u32) -> u32 {
+    write_out(client, position, request);
+    let reply = loop {
+        let word = read_in(client, position);
+        if word >> 31 == 1 {
+            break word;
+        }
+    };
+    write_out(client, position, 0);
+    while read_in(client, position) >> 31 == 1 {}
+    reply
+}
+
+#[test]
+fn the_first_line_for_programs_says_where_it_listens_and_signals_end_it_with_0() {
+    let folder = tempfile::tempdir().unwrap();
+    for signal in ["-TERM", "-INT"] {
+        let sim = Sim::start(folder.path(), &[]);
+        let address = sim.listening["modbus"].as_str().unwrap();
+        assert!(address.starts_with("127.0.0.1:"), "{address}");
+        let first = sim.listening.to_string();
+        assert_eq!(first, format!("{{\"event\":\"listening\",\"modbus\":\"{address}\"}}"));
+        let last = sim.end(signal);
+        assert_eq!(last["event"], "stopped");
+        assert_eq!(last["faulty_cycles"], 0);
+    }
+}
+
+#[test]
+fn every_encoder_of_the_built_in_ring_moves() {
+    let sim = Sim::start(Path::new("."), &["--speed", "100"]);
+    let mut client = sim.connect("modbus");
+    for position in 0..3 {
+        let first = read_in(&mut client, position);
+        while read_in(&mut client, position) == first {}
+    }
+    sim.end("-TERM");
+}
+
+#[test]
+fn parameters_outlive_the_program_in_its_state_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path(), &["--state", "memories"]);
+    let mut client = sim.connect("modbus");
+    assert_eq!(service(&mut client, 2, 0xC200_270F), 0xC200_270F);
+    let message = refused(folder.path(), &["sim", "--modbus", "off", "--state", "memories"]);
+    assert_eq!(message, "error: --state memories: another simulation uses this folder\n");
+    sim.end("-TERM");
+
+    let sim = Sim::start(folder.path(), &["--state", "memories"]);
+    assert_eq!(service(&mut sim.connect("modbus"), 2, 0x8200_0000), 0x8200_270F);
+    assert_eq!(service(&mut sim.connect("modbus"), 1, 0x8200_0000), 0x82FF_FFFF);
+    sim.end("-TERM");
+
+    // A folder with one file cut off is left as it is.
+    let file = folder.path().join("memories/encoder-2.toml");
+    fs::write(&file, &fs::read(&file).unwrap()[..700]).unwrap();
+    let before: Vec<_> =
+        (0..3).map(|k| fs::read(folder.path().join(format!("memories/encoder-{k}.toml")))).collect();
+    let message = refused(folder.path(), &["sim", "--modbus", "off", "--state", "memories"]);
+    assert!(message.starts_with("error: memories/encoder-2.toml: no whole state file: "), "{message}");
+    let after: Vec<_> =
+        (0..3).map(|k| fs::read(folder.path().join(format!("memories/encoder-{k}.toml")))).collect();
+    for (before, after) in before.into_iter().zip(after) {
+        assert_eq!(before.unwrap(), after.unwrap());
+    }
+}
+
+#[test]
+fn the_same_run_gives_the_same_recording_and_it_replays() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["a.csv", "b.csv"] {
+        let arguments = ["sim", "--modbus", "off", "--for", "2", "--speed", "max", "--record", file];
+        let output = run(folder.path(), &arguments);
+        assert_eq!(output.status.code(), Some(0));
+        assert!(!folder.path().join(format!("{file}.partial")).exists());
+    }
+    let a = fs::read(folder.path().join("a.csv")).unwrap();
+    assert!(a == fs::read(folder.path().join("b.csv")).unwrap());
+    for position in ["0", "1", "2"] {
+        let output = run(folder.path(), &["replay", "--at", position, "a.csv"]);
+        assert_eq!(String::from_utf8(output.stdout).unwrap(), "2955 rows, 0 differences\n");
+    }
+}
+
+#[test]
+fn the_example_is_a_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = run(folder.path(), &["sim", "--example"]);
+    fs::write(folder.path().join("ring.toml"), &example.stdout).unwrap();
+    let arguments = ["sim", "ring.toml", "--modbus", "off", "--for", "10ms", "--speed", "max"];
+    let output = run(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.starts_with("3 encoders on a simulated ring, a cycle every 677 us\n"), "{text}");
+    assert!(
+        text.ends_with("stopped after 10.155 ms on the ring: 15 cycles, 0 faulty, 0 dropped\n"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_control_port_takes_an_encoder_off_the_ring() {
+    let sim = Sim::start(Path::new("."), &["--control", "127.0.0.1:0"]);
+    let mut control = sim.connect("control");
+    let mut answers = BufReader::new(control.try_clone().unwrap());
+    let mut say = |line: &str| {
+        writeln!(control, "{line}").unwrap();
+        let mut answer = String::new();
+        answers.read_line(&mut answer).unwrap();
+        serde_json::from_str::<serde_json::Value>(&answer).unwrap()
+    };
+    assert_eq!(say(r#"{"verb":"set","position":1,"set":{"supply_v":5.0}}"#)["ok"], true);
+    let view = say(r#"{"verb":"view"}"#);
+    assert_eq!(view["view"]["devices"][1]["on"], false);
+    assert_eq!(view["view"]["devices"][0]["on"], true);
+    assert_eq!(say(r#"{"verb":"set","position":9,"set":{"supply_v":5.0}}"#)["ok"], false);
+    let last = sim.end("-TERM");
+    assert!(last["faulty_cycles"].as_u64().unwrap() > 0);
+}
+
+#[test]
+fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let sim = Sim::start(here, &[]);
+    let taken = sim.listening["modbus"].as_str().unwrap().to_owned();
+    fs::write(
+        here.join("twice.toml"),
+        "version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nlength = 5\n",
+    )
+    .unwrap();
+    let common = ["--state", "new", "--record", "new.csv"];
+    for (arguments, message) in [
+        (
+            vec!["--modbus", &taken],
+            format!("error: --modbus {taken}: the port is in use; choose another, or 0 for any\n"),
+        ),
+        (
+            vec!["--modbus", "nowhere"],
+            "error: --modbus nowhere: no address; write HOST:PORT, PORT or off\n".to_owned(),
+        ),
+        (
+            vec!["twice.toml"],
+            "error: twice.toml line 5: unknown field `length`, expected one of `position`, `model`, `rod_mm`, \
+             `native`, `firmware`, `service_times`, `zero_loss`, `motion`\n"
+                .to_owned(),
+        ),
+    ] {
+        let arguments = [&["sim"][..], &common, &arguments].concat();
+        assert_eq!(refused(here, &arguments), message);
+        assert!(!here.join("new").exists() && !here.join("new.csv.partial").exists());
+    }
+    for wrong in [["--speed", "0"], ["--for", "0"], ["--web", "on"], ["--modbus-connections", "0"]] {
+        assert!(refused(here, &[&["sim"][..], &wrong].concat()).starts_with("error: invalid value '"));
+    }
+    sim.end("-TERM");
+}
