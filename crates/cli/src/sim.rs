@@ -12,7 +12,7 @@ use encoring_encoder::Unit;
 use encoring_modbus::{Counters, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Scenario, World, device_line, state};
-use encoring_station::{Keeper, Options, Outcome, Speed, Station, View};
+use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
 use encoring_trace::Writer;
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -172,8 +172,9 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
-    let report = Report {
+    let mut report = Report {
         format: arguments.format,
+        next_event: 0,
         modbus: where_it_listens("modbus", modbus.as_ref())?,
         control: where_it_listens("control", control.as_ref())?,
     };
@@ -206,7 +207,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let progress = Progress::new(arguments.lasting);
     tokio::select! {
         () = signalled.notified() => {}
-        () = finished(&station, &progress) => {}
+        ended = finished(&station, &progress, &mut report) => ended?,
     }
     drop(progress);
     drop(stop);
@@ -216,17 +217,22 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         keeper.finish(&outcome.memories).map_err(bad_input)?;
     }
     finish_recording(partial, &outcome)?;
+    report.events(&outcome.events)?;
     report.end(&outcome.view)?;
     outcome.recording?;
     Ok(Answer::Yes)
 }
 
-/// Waits until the ring has stopped by itself.
-async fn finished(station: &Station, progress: &Progress) {
+/// Waits until the ring has stopped by itself, and tells meanwhile what happens on it.
+async fn finished(station: &Station, progress: &Progress, report: &mut Report) -> io::Result<()> {
     while !station.is_finished() {
         progress.show(station);
+        if let Ok(events) = station.handle().events(report.next_event) {
+            report.events(&events)?;
+        }
         tokio::time::sleep(LOOK_EVERY).await;
     }
+    Ok(())
 }
 
 /// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
@@ -335,6 +341,8 @@ fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Op
 /// What is printed.
 struct Report {
     format: Format,
+    /// Number of the first event not yet told.
+    next_event: u64,
     modbus: Option<String>,
     control: Option<String>,
 }
@@ -395,6 +403,18 @@ impl Report {
                 writeln!(out, "{name} {address}")?;
             }
         }
+        out.flush()
+    }
+
+    fn events(&mut self, events: &[Event]) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        for event in events.iter().filter(|event| event.number >= self.next_event) {
+            match self.format {
+                Format::Json => writeln!(out, "{}", serde_json::to_string(event)?)?,
+                Format::Text => writeln!(out, "{event}")?,
+            }
+        }
+        self.next_event = events.last().map_or(self.next_event, |event| event.number + 1);
         out.flush()
     }
 

@@ -244,3 +244,26 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
     }
     sim.end("-TERM");
 }
+
+#[test]
+fn what_happens_on_the_ring_is_told_while_it_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "version = 1\n[[device]]\nposition = 0\nmodel = \"ce-100-m\"\n\
+                [[event]]\nat_s = 0.005\nposition = 0\nset = { supply_v = 0 }\n\
+                [[event]]\nat_s = 0.006\nposition = 0\nset = { supply_v = 24 }\n\
+                [[event]]\nat_s = 0.01\nsegment = 0\nline = \"bad\"\n";
+    fs::write(folder.path().join("ring.toml"), text).unwrap();
+    let arguments = ["sim", "ring.toml", "--modbus", "off", "--for", "20ms", "--speed", "max"];
+    let output = run(folder.path(), &arguments);
+    let told = String::from_utf8(output.stdout).unwrap();
+    let lines: Vec<&str> = told.lines().skip(3).collect();
+    assert_eq!(
+        lines,
+        [
+            "5.093 ms: the ring is silent from segment 1 on",
+            "6.482 ms: the ring is whole again",
+            "10.186 ms: bad check words on segment 0",
+            "stopped after 20.372 ms on the ring: 44 cycles, 25 faulty, 0 dropped",
+        ]
+    );
+}

@@ -4,12 +4,14 @@
 //! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
 //! a wait.
 
+pub mod events;
 pub mod image;
 pub mod keeper;
 pub mod pace;
 pub mod station;
 pub mod view;
 
+pub use events::{Event, Happened};
 pub use image::SharedImage;
 pub use keeper::Keeper;
 pub use pace::Speed;

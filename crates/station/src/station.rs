@@ -11,6 +11,7 @@ use encoring_sim::{Eeprom, World};
 use encoring_trace::{Row, Writer};
 use encoring_words::{Duration, InWord, OutWord};
 
+use crate::events::{Event, Events};
 use crate::image::SharedImage;
 use crate::pace::{Pace, Speed};
 use crate::view::{Counters, View};
@@ -50,6 +51,8 @@ pub struct Station {
 pub struct Outcome {
     /// The last view.
     pub view: View,
+    /// The last events.
+    pub events: Vec<Event>,
     /// The memories as they are after the supply was switched off, by position.
     pub memories: Vec<Eeprom>,
     /// Why the recording broke off, if it did.
@@ -72,6 +75,7 @@ enum Request {
     Change { position: usize, changes: Vec<Change>, done: SyncSender<()> },
     Trouble { segment: usize, fault: Option<(LineFault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
+    Events { from: u64, answer: SyncSender<Vec<Event>> },
     Memories(SyncSender<Vec<Memory>>),
     Stop,
 }
@@ -103,6 +107,7 @@ impl Station {
             image: handle.image.clone(),
             verdict: Verdict::Good,
             counters: Counters::default(),
+            events: Events::new(),
             record: options.record,
             recording: Ok(()),
         };
@@ -176,6 +181,14 @@ impl Handle {
         self.ask(Request::View)
     }
 
+    /// The events from number `from` on, as far as they are kept.
+    ///
+    /// # Errors
+    /// [`Stopped`] if the ring no longer runs.
+    pub fn events(&self, from: u64) -> Result<Vec<Event>, Stopped> {
+        self.ask(|answer| Request::Events { from, answer })
+    }
+
     /// Copies the memories, by position.
     ///
     /// # Errors
@@ -197,6 +210,7 @@ struct Running {
     image: SharedImage,
     verdict: Verdict,
     counters: Counters,
+    events: Events,
     record: Option<Record>,
     recording: io::Result<()>,
 }
@@ -226,6 +240,7 @@ impl Running {
             }
             let due = pace.due(started.elapsed());
             self.counters.dropped_cycles = pace.dropped();
+            self.events.dropped(self.world.now(), pace.dropped());
             for _ in 0..due {
                 if ended(&self.world) || self.recording.is_err() {
                     break 'ring;
@@ -257,6 +272,7 @@ impl Running {
             world.cycle(out, input)
         });
         self.verdict = cycled.verdict;
+        self.events.cycled(cycled.at, cycled.verdict);
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
         self.keep_record();
@@ -285,6 +301,9 @@ impl Running {
             Request::View(answer) => {
                 let _ = answer.send(self.view());
             }
+            Request::Events { from, answer } => {
+                let _ = answer.send(self.events.since(from));
+            }
             Request::Memories(answer) => {
                 let memories = self.world.places().iter().map(|place| Memory {
                     now: place.node().memory().clone(),
@@ -309,6 +328,11 @@ impl Running {
             Some(record) => record.flush(),
             None => Ok(()),
         };
-        Outcome { view: self.view(), memories, recording: self.recording.and(flushed) }
+        Outcome {
+            view: self.view(),
+            events: self.events.since(0),
+            memories,
+            recording: self.recording.and(flushed),
+        }
     }
 }
