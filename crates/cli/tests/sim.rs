@@ -263,7 +263,7 @@ fn what_happens_on_the_ring_is_told_while_it_runs() {
             "5.093 ms: the ring is silent from segment 1 on",
             "6.482 ms: the ring is whole again",
             "10.186 ms: bad check words on segment 0",
-            "stopped after 20.372 ms on the ring: 44 cycles, 25 faulty, 0 dropped",
+            "stopped after 20.372 ms on the ring: 44 cycles, 26 faulty, 0 dropped",
         ]
     );
 }
