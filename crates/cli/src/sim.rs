@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration as Real;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Counters, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
@@ -51,7 +51,7 @@ pub(crate) struct Arguments {
     modbus: String,
     /// Which word of an encoder has the lower register.
     #[arg(long, value_name = "ORDER", default_value = "high-first")]
-    word_order: Order,
+    word_order: WordOrder,
     /// Modbus connections at one time.
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1024))]
     modbus_connections: u16,
@@ -82,12 +82,6 @@ pub(crate) struct Arguments {
     /// How to print.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum Order {
-    HighFirst,
-    LowFirst,
 }
 
 /// A time as people write it; a plain number is seconds.
@@ -182,10 +176,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
 
     if let Some(listener) = modbus {
         let options = encoring_modbus::Options {
-            word_order: match arguments.word_order {
-                Order::HighFirst => WordOrder::HighFirst,
-                Order::LowFirst => WordOrder::LowFirst,
-            },
+            word_order: arguments.word_order,
             connections: usize::from(arguments.modbus_connections),
             idle: Real::from_secs(u64::from(arguments.modbus_idle)),
         };

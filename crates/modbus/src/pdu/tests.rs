@@ -220,6 +220,25 @@ fn a_wrong_count_is_named_before_a_wrong_address() {
 }
 
 #[test]
+fn the_limits_of_a_request_are_125_registers_read_and_123_or_121_written() {
+    let mut longest = image(ENCODERS_MAX);
+    let write = |head: &[u8], registers: u8| {
+        let mut request = [head, &[0, registers, 2 * registers]].concat();
+        request.resize(request.len() + 2 * usize::from(registers), 0);
+        request
+    };
+    for code in [3, 4] {
+        assert_eq!(answer(&mut longest, &[code, 0, 0, 0, 125]).len(), 252);
+        assert_eq!(answer(&mut longest, &[code, 0, 0, 0, 126]), [code | 0x80, 3]);
+    }
+    assert_eq!(answer(&mut longest, &write(&[16, 0, 0], 123)), [16, 0, 0, 0, 123]);
+    assert_eq!(answer(&mut longest, &write(&[16, 0, 0], 124)), [0x90, 3]);
+    assert_eq!(answer(&mut longest, &write(&[23, 0, 0, 0, 125, 0, 0], 121)).len(), 252);
+    assert_eq!(answer(&mut longest, &write(&[23, 0, 0, 0, 126, 0, 0], 121)), [0x97, 3]);
+    assert_eq!(answer(&mut longest, &write(&[23, 0, 0, 0, 125, 0, 0], 122)), [0x97, 3]);
+}
+
+#[test]
 fn a_ring_without_encoders_has_no_registers() {
     let mut image = image(0);
     for request in requests() {
