@@ -1,10 +1,13 @@
-//! A virtual second of rings of 1, 10 and 128 encoders, and what a cycle allocates: nothing.
+//! A virtual second of rings of 1, 10 and 128 encoders, and a cycle as a station runs it, with the process image
+//! locked. Neither allocates: divan prints a column for allocations only where there are some.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use std::path::Path;
 
 use divan::{AllocProfiler, Bencher};
+use encoring_ring::ProcessImage;
 use encoring_sim::{Scenario, World};
+use encoring_station::SharedImage;
 use encoring_words::{InWord, OutWord};
 
 #[global_allocator]
@@ -38,5 +41,17 @@ fn virtual_second(bencher: Bencher, encoders: usize) {
         for _ in 0..cycles {
             world.cycle(&out, &mut input);
         }
+    });
+}
+
+#[divan::bench(args = [1, 10, 50, 128], sample_size = 100)]
+fn station_cycle(bencher: Bencher, encoders: usize) {
+    let mut world = ring(encoders);
+    let image = SharedImage::new(ProcessImage::new(encoders).unwrap());
+    bencher.bench_local(|| {
+        image.with(|image| {
+            let (out, input) = image.both();
+            world.cycle(out, input)
+        })
     });
 }

@@ -80,7 +80,6 @@ impl Legal {
             return None;
         }
         let (low, high) = match (service, model) {
-            (Service::DataCheck, _) => return None,
             (Service::CountingDirection, Model::Ce65M) => return Some(Self::Bytes(DIRECTION_BYTES)),
             (Service::SsiValues, _) => return Some(Self::Bytes(SSI_BYTES)),
             (Service::PresetValue1 | Service::PresetValue2, Model::Ce100M)
@@ -338,6 +337,7 @@ mod tests {
             panic!("bytes");
         };
         assert_eq!((bits.low, bits.high, bits.of(0x01_02_18)), (0x08, 0x20, 0x18));
+        assert_eq!(SSI_BYTES.map(|byte| byte.of(0x01_02_18)), [0x01, 0x02, 0x18]);
     }
 
     #[test]
@@ -349,6 +349,8 @@ mod tests {
         assert_eq!(answer(0xC200_000F, Model::La66), Answer::Done);
         assert_eq!(answer(0xC200_0000, Model::La66), Answer::Refused { status: E::empty() });
         assert_eq!(answer(0xC300_0000, ce), Answer::Invalid { status: E::NUMERATOR_ZERO });
+        assert_eq!(answer(0xC300_000A, ce), Answer::Done);
+        assert_eq!(answer(0xC500_0001, ce), Answer::CheckedAgainstLength { status: E::PRESET_2_RANGE });
         assert_eq!(answer(0xC400_0001, ce), Answer::CheckedAgainstLength { status: E::PRESET_1_RANGE });
         assert_eq!(answer(0xC600_0001, ce), Answer::RefusedAboveLength { status: E::WRITING_DATA });
         assert_eq!(answer(0xC600_0001, Model::La66), Answer::Done);
@@ -370,11 +372,16 @@ mod tests {
         }
         for (bad, reason) in [
             (0x4100_0000, "with the service bit 0 these bits are always 0: 2^30 2^24"),
+            (0x6100_0001, "with the service bit 0 these bits are always 0: 2^30 2^24"),
             (0x9200_270F, "the reserve, bit 2^28, is always 0"),
             (0x8700_0000, "this service sets the error bit, so it would be 1"),
             (0xC200_000F, "this service sets the error bit, so it would be 1"),
             (0xA700_0001, "a refused read returns data 0"),
             (0x8801_0000, "bits 2^23..2^16 of an error status are always 0"),
+            (
+                0x8800_FFFF,
+                "these bits of its error status are always 0: 2^15 2^12 2^11 2^10 2^9 2^8 2^6 2^5 2^4",
+            ),
             (0x8800_0120, "these bits of its error status are always 0: 2^8 2^5"),
             (0x8200_000F, "value Fh is outside 10h..FFFFFFh"),
             (0x8101_FF00, "the value stored would read 000100"),

@@ -456,6 +456,13 @@ mod tests {
     }
 
     #[test]
+    fn titles_and_preset_inputs_are_those_of_the_manuals() {
+        assert_eq!(MODELS.map(Model::title), ["LA-66", "CE-100-M", "CE-65-M"]);
+        assert_eq!(MODELS.map(Model::preset_inputs), [1, 2, 0]);
+        assert_eq!(Model::Ce65M.data_sheet().temperature.unwrap().storage, (-30, 80));
+    }
+
+    #[test]
     fn names_come_back() {
         extern crate std;
         use std::string::ToString;

@@ -413,6 +413,12 @@ mod tests {
 
     #[test]
     fn a_rod_leaves_the_factory_with_a_hundredth_of_a_millimetre() {
-        assert_eq!(ParameterSet::factory(Sensor::Linear { rod_um: 500_000 }).measuring_length(), 0xC350);
+        let steps = |rod_um| ParameterSet::factory(Sensor::Linear { rod_um }).measuring_length();
+        assert_eq!(steps(500_000), 0xC350);
+        assert_eq!(
+            (steps(9), steps(u32::MAX)),
+            (1, DATA_MAX),
+            "no rod has less than one step or more than 24 bits"
+        );
     }
 }

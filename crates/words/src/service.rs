@@ -130,6 +130,14 @@ mod tests {
     }
 
     #[test]
+    fn every_service_has_a_name_of_its_own() {
+        let mut names = SERVICES.map(Service::name);
+        assert_eq!(names[0], "counting direction");
+        names.sort_unstable();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1] && !pair[0].is_empty()));
+    }
+
+    #[test]
     fn numbers_and_services_come_back() {
         for service in SERVICES {
             assert_eq!(Service::from_number(service.number()), Some(service));

@@ -141,6 +141,20 @@ mod tests {
     }
 
     #[test]
+    fn counted_pulses_put_out_the_same_bits_however_long_the_clock_runs() {
+        for (frame, pulses) in
+            [(frame(0xAB_CDEF, true, Code::Gray, 24), 300), (frame(0xFF_FFFF, false, Code::Binary, 24), 300)]
+        {
+            let mut pulse = 0;
+            for counted in 1..=pulses {
+                pulse = frame.after(pulse);
+                assert_eq!(frame.level(pulse), frame.level(counted), "pulse {counted}");
+                assert!(pulse <= 26);
+            }
+        }
+    }
+
+    #[test]
     fn repetition_sends_the_same_24_bits_every_26_pulses() {
         let frame = frame(0xAB_CDEF, true, Code::Binary, 24);
         let once = 0xAB_CDEF_u64 << 2;

@@ -64,12 +64,6 @@ impl Duration {
     pub const fn as_nanos(self) -> u64 {
         self.0
     }
-
-    /// `true` for a span of zero.
-    #[must_use]
-    pub const fn is_zero(self) -> bool {
-        self.0 == 0
-    }
 }
 
 impl Add<Duration> for Instant {
@@ -134,5 +128,13 @@ mod tests {
         assert_eq!(Instant(u64::MAX) + Duration::from_secs(1), Instant(u64::MAX));
         assert_eq!(Instant(1).since(Instant(2)), Duration::ZERO);
         assert_eq!(Duration::from_secs(u64::MAX), Duration(u64::MAX));
+        assert_eq!(Duration(u64::MAX) + Duration(1), Duration(u64::MAX));
+    }
+
+    #[test]
+    fn points_and_spans_add_up() {
+        assert_eq!(Duration::from_micros(2) + Duration::from_nanos(3), Duration(2_003));
+        assert_eq!((Instant(5) + Duration(2)).as_nanos(), 7);
+        assert_eq!(Instant(7).since(Instant(5)).as_nanos(), 2);
     }
 }

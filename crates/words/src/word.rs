@@ -279,6 +279,12 @@ mod tests {
     }
 
     #[test]
+    fn the_error_bit_is_bit_29() {
+        assert!(InWord(0x2000_0000).error_bit() && InWord(0xA700_0000).error_bit());
+        assert!(!InWord(0xDFFF_FFFF).error_bit());
+    }
+
+    #[test]
     fn a_position_with_other_upper_bits_is_foreign() {
         assert_eq!(InWord(0x2000_0001).decode(), In::Position { value: 1, error: true });
         for bit in [24, 25, 26, 27, 28, 30] {
