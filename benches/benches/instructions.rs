@@ -52,7 +52,7 @@ fn same_sample(device: (Encoder, Eeprom)) -> u32 {
     exchanges(device, Duration::ZERO, |_| 0)
 }
 
-#[library_benchmark(config = limit(675_646))]
+#[library_benchmark(config = limit(331_146))]
 #[bench::ce_65_m(setup = device)]
 fn read_services(device: (Encoder, Eeprom)) -> u32 {
     exchanges(device, Duration::from_micros(500), |call| if call % 2 == 0 { 0 } else { 0x8200_0000 })

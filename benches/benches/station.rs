@@ -1,7 +1,8 @@
 //! What a running station allocates for a cycle, all of its threads together: nothing.
 //!
 //! A station that runs ten times as long as another, with a client that reads its image, allocates as often as the
-//! other, for its start and its end. Exits with 1 if a cycle allocates.
+//! other, for its start and its end. Exits with 1 if a cycle allocates at full speed, where none is dropped: in real
+//! time a busy machine may add the event that tells of dropped cycles.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use std::alloc::System;
@@ -44,19 +45,13 @@ fn main() -> ExitCode {
     println!("| encoders | speed | cycles | allocations | cycles | allocations | a cycle |");
     println!("|--:|---|--:|--:|--:|--:|--:|");
     for encoders in [1, 50, 128] {
-        let device = |position: usize| {
-            format!(
-                "[[device]]\nposition = {position}\nmodel = \"ce-65-m\"\nmotion = {{ kind = \"speed\", start = 0, rpm = 3000 }}\n"
-            )
-        };
-        let text: String =
-            std::iter::once("version = 1\n".to_owned()).chain((0..encoders).map(device)).collect();
-        let scenario = Scenario::parse("bench", &text, Path::new("")).unwrap();
+        let scenario =
+            Scenario::parse("bench", &encoring_benches::scenario(encoders), Path::new("")).unwrap();
         for (name, speed) in [("real", Speed::REAL), ("max", Speed::Max)] {
             let (short_cycles, short) = run(&scenario, speed, SHORT);
             let (long_cycles, long) = run(&scenario, speed, LONG);
             let each = (long as f64 - short as f64) / (long_cycles - short_cycles) as f64;
-            clean &= each <= 0.0;
+            clean &= speed == Speed::REAL || each <= 0.0;
             println!(
                 "| {encoders} | {name} | {short_cycles} | {short} | {long_cycles} | {long} | {each:.4} |"
             );

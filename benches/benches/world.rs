@@ -5,6 +5,7 @@
 use std::path::Path;
 
 use divan::{AllocProfiler, Bencher};
+use encoring_benches::scenario;
 use encoring_ring::ProcessImage;
 use encoring_sim::{Scenario, World};
 use encoring_station::SharedImage;
@@ -18,17 +19,7 @@ fn main() {
 }
 
 fn ring(encoders: usize) -> World {
-    let device = |position: usize| {
-        let model = ["ce-65-m", "ce-100-m", "la-66"].get(position % 3).unwrap();
-        let motion = if *model == "la-66" {
-            "{ kind = \"sine\", center = 250000, amplitude = 200000, period_s = 5.0 }"
-        } else {
-            "{ kind = \"speed\", start = 0, rpm = 3000 }"
-        };
-        format!("[[device]]\nposition = {position}\nmodel = \"{model}\"\nmotion = {motion}\n")
-    };
-    let text: String = std::iter::once("version = 1\n".to_owned()).chain((0..encoders).map(device)).collect();
-    World::new(&Scenario::parse("bench", &text, Path::new("")).unwrap()).unwrap()
+    World::new(&Scenario::parse("bench", &scenario(encoders), Path::new("")).unwrap()).unwrap()
 }
 
 #[divan::bench(args = [1, 10, 128], sample_count = 20)]

@@ -14,6 +14,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use encoring_benches::scenario;
 use hdrhistogram::Histogram;
 use mio::net::TcpStream;
 use mio::{Events, Interest, Poll, Token};
@@ -262,17 +263,6 @@ fn measure(server: &Server, connections: usize, registers: u16) -> Result<(Figur
     Ok((figures, said))
 }
 
-/// A ring of moving encoders.
-fn scenario() -> String {
-    let device = |position: usize| {
-        let rpm = 100 + 50 * position;
-        format!(
-            "\n[[device]]\nposition = {position}\nmodel = \"ce-65-m\"\nmotion = {{ kind = \"speed\", start = 0, rpm = {rpm} }}\n"
-        )
-    };
-    std::iter::once("version = 1\n".to_owned()).chain((0..ENCODERS).map(device)).collect()
-}
-
 fn servers(arguments: &Arguments, ring: &Path) -> Vec<Server> {
     let sim =
         ["sim", &ring.to_string_lossy(), "--modbus", "127.0.0.1:0", "--format", "json", "--for", LIFETIME];
@@ -316,7 +306,7 @@ fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     fs::create_dir_all(&arguments.folder)?;
     let ring = arguments.folder.join("ring.toml");
-    fs::write(&ring, scenario())?;
+    fs::write(&ring, scenario(ENCODERS))?;
     let servers = servers(&arguments, &ring);
     let cases: Vec<(usize, u16)> = CONNECTIONS
         .into_iter()
