@@ -21,7 +21,10 @@ fn a_good_service_on_a_device_without_errors_leaves_bit_29_at_0() {
     for mut bench in every_model() {
         for out in [0x8100_0000, 0xC100_0001, 0x8200_0000, 0xC200_0FFF, 0xC600_0123, 0x8800_0000] {
             assert_eq!(bench.service(out) & 1 << 29, 0, "{out:08X}");
+            assert!(!bench.encoder.error_pending());
         }
+        bench.service(0x8700_0000);
+        assert!(bench.encoder.error_pending());
     }
 }
 

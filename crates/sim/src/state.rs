@@ -75,10 +75,18 @@ pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Eeprom
         Ok(_) => {}
     }
     let text = fs::read_to_string(&file).map_err(|cause| error(cause.to_string()))?;
-    let table: StateTable = toml::from_str(&text)
-        .map_err(|cause| error(format!("no whole state file: {}", cause.message().replace('\n', "; "))))?;
+    parse(&text, position, unit).map(Some).map_err(error)
+}
+
+/// The memory in the text of a state file; `position` is only named in what is wrong.
+///
+/// # Errors
+/// What is wrong: the text is cut off, of another version or of another encoder.
+pub fn parse(text: &str, position: usize, unit: &Unit) -> Result<Eeprom, String> {
+    let table: StateTable = toml::from_str(text)
+        .map_err(|cause| format!("no whole state file: {}", cause.message().replace('\n', "; ")))?;
     if table.version != 1 {
-        return Err(error(format!("version {}; this program reads version 1", table.version)));
+        return Err(format!("version {}; this program reads version 1", table.version));
     }
     let (native, rod_um) = sensor(unit);
     if (table.model.as_str(), table.native, table.rod_um) != (unit.model().name(), native, rod_um) {
@@ -87,15 +95,15 @@ pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Eeprom
             (_, Some(rod_um)) => format!("a {model} of {rod_um} um"),
             _ => format!("a {model}"),
         };
-        return Err(error(format!(
+        return Err(format!(
             "the memory of {}; position {position} is {}",
             shown(&table.model, table.native, table.rod_um),
             shown(unit.model().name(), native, rod_um)
-        )));
+        ));
     }
     image(&table.memory)
-        .map(|bytes| Some(Eeprom::from_image(bytes)))
-        .ok_or_else(|| error(format!("memory is not {} hex digits", 2 * EEPROM_BYTES)))
+        .map(Eeprom::from_image)
+        .ok_or_else(|| format!("memory is not {} hex digits", 2 * EEPROM_BYTES))
 }
 
 fn image(hex: &str) -> Option<[u8; EEPROM_BYTES]> {
