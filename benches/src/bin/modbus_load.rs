@@ -64,7 +64,7 @@ struct Arguments {
     #[arg(long, default_value_t = 20_000)]
     pymodbus_requests: usize,
     /// How often everything is measured.
-    #[arg(long, default_value_t = 3)]
+    #[arg(long, default_value_t = 5)]
     rounds: usize,
 }
 

@@ -159,9 +159,11 @@ mod tests {
     #[test]
     fn a_whole_record_with_a_value_that_no_service_would_store_is_lost() {
         let unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 }).unwrap();
-        for (parameter, value) in
-            [(Parameter::Denominator, 0), (Parameter::MeasuringLength, 0xF), (Parameter::SsiValues, 0x02_00_18)]
-        {
+        for (parameter, value) in [
+            (Parameter::Denominator, 0),
+            (Parameter::MeasuringLength, 0xF),
+            (Parameter::SsiValues, 0x02_00_18),
+        ] {
             let mut memory = Ram([0xFF; records::EEPROM_BYTES]);
             records::format(&unit, &mut memory).unwrap();
             records::write(&mut memory, Record::Programmed(parameter), &Data(value)).unwrap();
