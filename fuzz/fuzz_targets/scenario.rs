@@ -26,7 +26,7 @@ fn names_a_file(text: &str) -> bool {
             _ => false,
         }
     }
-    text.contains("file") | text.contains('\\')
+    (text.contains("file") || text.contains('\\'))
         && toml::from_str::<toml::Table>(text).is_ok_and(|table| table.values().any(within))
 }
 

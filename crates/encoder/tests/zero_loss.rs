@@ -195,3 +195,12 @@ fn a_supply_that_fails_without_the_reserve_leaves_the_older_count() {
     bench.encoder = Encoder::power_up(&bench.unit, Instant(bench.now), &bench.terminals, &mut bench.memory);
     assert_eq!(bench.exchange_now(0), right(4096 * (3000 - 4096)));
 }
+
+#[test]
+fn exactly_2048_turns_while_off_count_as_clockwise_whichever_way_they_were() {
+    for travel in [8_388_608, -8_388_608] {
+        let mut bench = ten_turns(ce100());
+        assert_eq!(bench.position_at(0), right(0));
+        assert_eq!(bench.power_cycle_moved_to(travel), right(8_388_608));
+    }
+}
