@@ -1,4 +1,9 @@
 use super::*;
+use encoring_encoder::ServiceTimes;
+use encoring_encoder::ZeroLoss;
+use encoring_ring::profile::BIT_2M;
+use encoring_words::Model;
+use encoring_words::model::Sensor;
 
 fn parse(text: &str) -> Result<Scenario, String> {
     Scenario::parse("s.toml", text, Path::new("")).map_err(|error| error.to_string())

@@ -1,0 +1,504 @@
+//! The tables of a scenario file, as TOML has them, and how each becomes a value that exists.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use encoring_encoder::records::EEPROM_BYTES;
+use encoring_encoder::{Magnet, ServiceTimes, Unit, Week, ZeroLoss};
+use encoring_ring::profile::{BIT_2M, BIT_500K};
+use encoring_ring::{CycleTime, ENCODERS_MAX};
+use encoring_words::model::Sensor;
+use encoring_words::{Duration, Instant, Model};
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{
+    Change, Device, Event, Happening, LineFault, MOTION_ROWS_MAX, NewMotion, PER_S_MAX, SECONDS_MAX,
+    VOLTS_MAX,
+};
+use crate::memory::CellFault;
+use crate::motion::{Motion, RAW_MAX};
+
+/// What is wrong with one value; where it stands is added by whoever knows.
+pub(super) type Problem = String;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FileTable {
+    pub(super) version: Spanned<i64>,
+    #[serde(default)]
+    pub(super) seed: u64,
+    #[serde(default)]
+    pub(super) ring: Option<Spanned<RingTable>>,
+    #[serde(default)]
+    pub(super) device: Vec<Spanned<DeviceTable>>,
+    #[serde(default)]
+    pub(super) event: Vec<Spanned<EventTable>>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RingTable {
+    kbit_s: Option<u32>,
+    software_us: Option<u32>,
+    cable_m: u32,
+    faulty_per_million: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DeviceTable {
+    position: i64,
+    model: String,
+    rod_mm: Option<i64>,
+    native: Option<i64>,
+    firmware: Option<String>,
+    service_times: Option<ServiceTimesTable>,
+    zero_loss: Option<ZeroLossName>,
+    motion: Option<MotionTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ZeroLossName {
+    Nearest,
+    Worst,
+}
+
+#[derive(Deserialize)]
+#[serde(
+    untagged,
+    expecting = "service_times is \"zero\", \"default\", or a table of read_ms, write_ms, data_check_ms and preset_adjustment_ms"
+)]
+enum ServiceTimesTable {
+    Name(ServiceTimesName),
+    Each(ServiceTimesEach),
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum ServiceTimesName {
+    Zero,
+    Default,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ServiceTimesEach {
+    read_ms: Option<f64>,
+    write_ms: Option<f64>,
+    data_check_ms: Option<f64>,
+    preset_adjustment_ms: Option<f64>,
+}
+
+/// A motion as written in a file or sent over the control port.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
+pub enum MotionTable {
+    /// `raw`, or where it is.
+    Hold {
+        /// Steps or micrometres.
+        raw: Option<i64>,
+    },
+    /// `per_s` steps or micrometres a second, or `rpm`; from `start`, or from where it is.
+    Speed {
+        /// Steps or micrometres.
+        start: Option<i64>,
+        /// Steps or micrometres a second.
+        per_s: Option<f64>,
+        /// Turns a minute, for a shaft.
+        rpm: Option<f64>,
+    },
+    /// A swing around `center`.
+    Sine {
+        /// Steps or micrometres.
+        center: i64,
+        /// Steps or micrometres.
+        amplitude: i64,
+        /// Seconds of one swing.
+        period_s: f64,
+    },
+    /// From place to place.
+    Moves {
+        /// Steps or micrometres; 0 if not given.
+        #[serde(default)]
+        start: i64,
+        /// One after the other.
+        moves: Vec<MoveTable>,
+        /// From the beginning again after the last.
+        #[serde(default)]
+        repeat: bool,
+    },
+    /// Columns `time_us` and `raw` of a trace.
+    Csv {
+        /// Beside the scenario, if not absolute.
+        file: PathBuf,
+    },
+}
+
+/// One move of [`MotionTable::Moves`].
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MoveTable {
+    /// Steps or micrometres.
+    pub to: i64,
+    /// Seconds on the way.
+    pub in_s: f64,
+    /// Seconds of rest after it.
+    #[serde(default)]
+    pub wait_s: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct EventTable {
+    at_s: f64,
+    position: Option<i64>,
+    set: Option<SetTable>,
+    segment: Option<i64>,
+    line: Option<LineFault>,
+    for_s: Option<f64>,
+}
+
+/// What is set at one encoder, in a file's event or over the control port. What is not named stays.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SetTable {
+    /// Volts on preset input 1.
+    pub preset1_v: Option<f64>,
+    /// Volts on preset input 2.
+    pub preset2_v: Option<f64>,
+    /// Volts of supply.
+    pub supply_v: Option<f64>,
+    /// The LA-66's magnet: `true` present, `false` taken away.
+    pub magnet: Option<bool>,
+    /// Puts shaft or magnet at this place and holds it there.
+    pub raw: Option<i64>,
+    /// Another motion, from now on.
+    pub motion: Option<MotionTable>,
+    /// Makes the memory fail, or repairs it.
+    pub eeprom: Option<EepromTable>,
+}
+
+/// A fault of the memory.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "fault", rename_all = "lowercase", deny_unknown_fields)]
+pub enum EepromTable {
+    /// Reading fails, at one cell or everywhere.
+    Read {
+        /// 0..=511.
+        cell: Option<i64>,
+    },
+    /// Writing fails, at one cell or everywhere.
+    Write {
+        /// 0..=511.
+        cell: Option<i64>,
+    },
+    /// A cell keeps one value.
+    Stuck {
+        /// 0..=511.
+        cell: i64,
+        /// 0..=255.
+        value: i64,
+    },
+    /// The power goes in the middle of a write, and stays off until the supply is set again.
+    Cut {
+        /// Bytes that are still written, at least 1.
+        after_bytes: i64,
+    },
+    /// All faults end. With braces, so that other keys are refused.
+    None {},
+}
+
+impl RingTable {
+    pub(super) fn read(&self) -> Result<(CycleTime, u32), Problem> {
+        let bit = match self.kbit_s.unwrap_or(500) {
+            500 => BIT_500K,
+            2000 => BIT_2M,
+            other => return Err(format!("kbit_s {other}; the bus has 500 or 2000")),
+        };
+        within("cable_m", i64::from(self.cable_m), 0, 12_800)?;
+        within("faulty_per_million", i64::from(self.faulty_per_million), 0, 1_000_000)?;
+        let software_us = self.software_us.unwrap_or(200);
+        within("software_us", i64::from(software_us), 0, 1_000_000)?;
+        let software = Duration::from_micros(u64::from(software_us));
+        Ok((CycleTime { bit, software, cable_m: self.cable_m }, self.faulty_per_million))
+    }
+}
+
+pub(super) fn devices(
+    tables: &[Spanned<DeviceTable>],
+    beside: &Path,
+) -> Result<Vec<Device>, (Option<usize>, Problem)> {
+    if tables.is_empty() {
+        return Err((None, "no [[device]]; a ring holds at least one encoder".to_owned()));
+    }
+    if tables.len() > ENCODERS_MAX {
+        let place = tables.get(ENCODERS_MAX).map(|table| table.span().start);
+        return Err((place, format!("{} encoders; the limit is {ENCODERS_MAX}", tables.len())));
+    }
+    let mut by_position = BTreeMap::new();
+    for table in tables {
+        let here = |problem| (Some(table.span().start), problem);
+        let last = tables.len() as i64 - 1;
+        let position = table.get_ref().position;
+        // With as many positions as devices and none twice, there can be no gap.
+        within("position", position, 0, last)
+            .map_err(|problem| here(format!("{problem} (positions count from 0 without a gap)")))?;
+        let device = table
+            .get_ref()
+            .read(beside)
+            .map_err(|problem| here(format!("device at position {position}: {problem}")))?;
+        if by_position.insert(position, device).is_some() {
+            return Err(here(format!("position {position} is taken twice")));
+        }
+    }
+    Ok(by_position.into_values().collect())
+}
+
+impl DeviceTable {
+    fn read(&self, beside: &Path) -> Result<Device, Problem> {
+        let model: Model =
+            self.model.parse().map_err(|unknown| format!("model \"{}\"; {unknown}", self.model))?;
+        let sensor = match (model, self.rod_mm, self.native) {
+            (Model::La66, rod_mm, None) => {
+                let rod_mm = within("rod_mm", rod_mm.unwrap_or(500), 1, 167_772)?;
+                Sensor::Linear { rod_um: rod_mm as u32 * 1000 }
+            }
+            (Model::La66, _, Some(_)) => return Err("native is for shafts; a la-66 has rod_mm".to_owned()),
+            (_, Some(_), _) => return Err(format!("rod_mm is for the la-66; a {model} has native")),
+            (_, None, native) => {
+                let steps = within("native", native.unwrap_or(4096), 1, 65_536)?;
+                Sensor::Rotary { steps_per_turn: steps as u32 }
+            }
+        };
+        let mut unit = Unit::new(model, sensor).map_err(|wrong| wrong.to_string())?;
+        if let Some(week) = &self.firmware {
+            unit.firmware = week.parse::<Week>().map_err(|wrong| format!("firmware \"{week}\": {wrong}"))?;
+        }
+        if let Some(times) = &self.service_times {
+            unit.service_times = times.read()?;
+        }
+        if let Some(ZeroLossName::Worst) = self.zero_loss {
+            unit.zero_loss = ZeroLoss::WorstAllowed;
+        }
+        let motion = match self.motion.as_ref().map(|motion| motion.read(&unit, beside)).transpose()? {
+            Some(NewMotion::Motion(motion)) => motion,
+            Some(NewMotion::Onward(micro_per_s)) => Motion::Speed { start: 0, micro_per_s },
+            Some(NewMotion::Stop) | None => Motion::Hold { raw: 0 },
+        };
+        Ok(Device { unit, motion })
+    }
+}
+
+impl ServiceTimesTable {
+    fn read(&self) -> Result<ServiceTimes, Problem> {
+        match self {
+            Self::Name(ServiceTimesName::Zero) => Ok(ServiceTimes::ZERO),
+            Self::Name(ServiceTimesName::Default) => Ok(ServiceTimes::default()),
+            Self::Each(each) => {
+                let usual = ServiceTimes::default();
+                let time = |name: &str, value: Option<f64>, usual: Duration| match value {
+                    Some(ms) => number(name, ms, 0.0, 60_000.0).map(|ms| Duration((ms * 1e6).round() as u64)),
+                    None => Ok(usual),
+                };
+                Ok(ServiceTimes {
+                    read: time("read_ms", each.read_ms, usual.read)?,
+                    write: time("write_ms", each.write_ms, usual.write)?,
+                    data_check: time("data_check_ms", each.data_check_ms, usual.data_check)?,
+                    preset_adjustment: time(
+                        "preset_adjustment_ms",
+                        each.preset_adjustment_ms,
+                        usual.preset_adjustment,
+                    )?,
+                })
+            }
+        }
+    }
+}
+
+impl MotionTable {
+    /// The motion for this encoder. Files are looked for beside the scenario.
+    ///
+    /// # Errors
+    /// What is wrong, with value and limit.
+    pub fn read(&self, unit: &Unit, beside: &Path) -> Result<NewMotion, String> {
+        let motion = match self {
+            Self::Hold { raw: None } => return Ok(NewMotion::Stop),
+            Self::Hold { raw: Some(raw) } => Motion::Hold { raw: place("raw", *raw)? },
+            Self::Speed { start, per_s, rpm } => {
+                let per_s = match (unit.sensor(), per_s, rpm) {
+                    (_, Some(per_s), None) => *per_s,
+                    (Sensor::Rotary { steps_per_turn }, None, Some(rpm)) => {
+                        rpm * f64::from(steps_per_turn) / 60.0
+                    }
+                    (Sensor::Linear { .. }, None, Some(_)) => {
+                        return Err("rpm is for shafts; a la-66 moves per_s micrometres".to_owned());
+                    }
+                    _ => return Err("speed takes either per_s or rpm".to_owned()),
+                };
+                let per_s = number("speed in steps or micrometres a second", per_s, -PER_S_MAX, PER_S_MAX)?;
+                let micro_per_s = (per_s * 1e6).round() as i64;
+                match start {
+                    None => return Ok(NewMotion::Onward(micro_per_s)),
+                    Some(start) => Motion::Speed { start: place("start", *start)?, micro_per_s },
+                }
+            }
+            Self::Sine { center, amplitude, period_s } => Motion::Sine {
+                center: place("center", *center)?,
+                amplitude: place("amplitude", *amplitude)?,
+                period: match seconds("period_s", *period_s)? {
+                    Duration::ZERO => return Err("period_s 0; a swing takes time".to_owned()),
+                    period => period,
+                },
+            },
+            Self::Moves { start, moves, repeat } => {
+                let mut points = vec![(Instant::ZERO, place("start", *start)?)];
+                let mut at = Instant::ZERO;
+                for step in moves {
+                    let to = place("to", step.to)?;
+                    at = at + seconds("in_s", step.in_s)?;
+                    points.push((at, to));
+                    at = at + seconds("wait_s", step.wait_s)?;
+                    points.push((at, to));
+                }
+                Motion::Path { points, repeat: *repeat }
+            }
+            Self::Csv { file } => recorded(&beside.join(file))?,
+        };
+        Ok(NewMotion::Motion(motion))
+    }
+}
+
+fn recorded(path: &Path) -> Result<Motion, Problem> {
+    let name = path.display().to_string();
+    let source = File::open(path).map_err(|cause| format!("{name}: {cause}"))?;
+    let rows = encoring_trace::Reader::new(name.clone(), source).map_err(|cause| cause.to_string())?;
+    let mut points = Vec::new();
+    for row in rows {
+        let row = row.map_err(|cause| cause.to_string())?;
+        if points.len() == MOTION_ROWS_MAX {
+            return Err(format!("{name} line {}: more than {MOTION_ROWS_MAX} rows", row.line));
+        }
+        points.push((Instant(row.time_ns), row.raw));
+    }
+    if points.is_empty() { Err(format!("{name} has no rows")) } else { Ok(Motion::Recorded { points }) }
+}
+
+impl EventTable {
+    pub(super) fn read(&self, devices: &[Device], beside: &Path) -> Result<Event, Problem> {
+        let at = Instant::ZERO + seconds("at_s", self.at_s)?;
+        let what = match (self.position, &self.set, self.segment, self.line, self.for_s) {
+            (Some(position), Some(set), None, None, None) => {
+                within("position", position, 0, devices.len() as i64 - 1)?;
+                let unknown = || format!("position {position} is not on the ring");
+                let device = devices.get(position as usize).ok_or_else(unknown)?;
+                Happening::Device { position: position as usize, changes: set.read(&device.unit, beside)? }
+            }
+            (None, None, Some(segment), Some(fault), for_s) => {
+                within("segment", segment, 0, devices.len() as i64)?;
+                let lasting = match for_s {
+                    Some(for_s) => seconds("for_s", for_s)?,
+                    None => Duration(u64::MAX),
+                };
+                Happening::Line { segment: segment as usize, fault, lasting }
+            }
+            _ => {
+                return Err(
+                    "an event has position and set, or segment and line with an optional for_s".to_owned()
+                );
+            }
+        };
+        Ok(Event { at, what })
+    }
+}
+
+impl SetTable {
+    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs. Files are looked for
+    /// beside the scenario.
+    ///
+    /// # Errors
+    /// What is wrong, with value and limit; then nothing is changed.
+    pub fn read(&self, unit: &Unit, beside: &Path) -> Result<Vec<Change>, String> {
+        let mut changes = Vec::new();
+        if let Some(volts) = self.supply_v {
+            changes.push(Change::Supply(millivolts("supply_v", volts)?));
+        }
+        if let Some(eeprom) = &self.eeprom {
+            changes.push(eeprom.read()?);
+        }
+        if let Some(present) = self.magnet {
+            if unit.model() != Model::La66 {
+                return Err(format!("magnet: a {} has none", unit.model()));
+            }
+            changes.push(Change::Magnet(if present { Magnet::Present } else { Magnet::Missing }));
+        }
+        match (self.raw, &self.motion) {
+            (Some(_), Some(_)) => return Err("raw and motion exclude each other".to_owned()),
+            (Some(raw), None) => {
+                let raw = place("raw", raw)?;
+                changes.push(Change::Motion(NewMotion::Motion(Motion::Hold { raw })));
+            }
+            (None, Some(motion)) => changes.push(Change::Motion(motion.read(unit, beside)?)),
+            (None, None) => {}
+        }
+        for (input, (name, volts)) in
+            [("preset1_v", self.preset1_v), ("preset2_v", self.preset2_v)].into_iter().enumerate()
+        {
+            let Some(volts) = volts else { continue };
+            let inputs = unit.model().preset_inputs();
+            if input >= inputs {
+                return Err(format!("{name}: preset inputs of a {}: {inputs}", unit.model()));
+            }
+            changes.push(Change::Preset { input, millivolts: millivolts(name, volts)? });
+        }
+        if changes.is_empty() { Err("nothing is set".to_owned()) } else { Ok(changes) }
+    }
+}
+
+impl EepromTable {
+    fn read(&self) -> Result<Change, Problem> {
+        let cell = |cell: i64| within("cell", cell, 0, EEPROM_BYTES as i64 - 1).map(|cell| cell as usize);
+        Ok(match self {
+            Self::Read { cell: at } => Change::MemoryFault(CellFault::Read, at.map(cell).transpose()?),
+            Self::Write { cell: at } => Change::MemoryFault(CellFault::Write, at.map(cell).transpose()?),
+            Self::Stuck { cell: at, value } => {
+                let value = within("value", *value, 0, 255)? as u8;
+                Change::MemoryFault(CellFault::Stuck(value), Some(cell(*at)?))
+            }
+            Self::Cut { after_bytes } => {
+                Change::PowerCut(within("after_bytes", *after_bytes, 1, 1_000_000)? as u64)
+            }
+            Self::None {} => Change::MemoryRepair,
+        })
+    }
+}
+
+fn within(name: &str, value: i64, low: i64, high: i64) -> Result<i64, Problem> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{name} {value}; the limits are {low} and {high}"))
+    }
+}
+
+fn number(name: &str, value: f64, low: f64, high: f64) -> Result<f64, Problem> {
+    if (low..=high).contains(&value) {
+        Ok(value)
+    } else {
+        Err(format!("{name} {value}; the limits are {low} and {high}"))
+    }
+}
+
+fn place(name: &str, raw: i64) -> Result<i64, Problem> {
+    within(name, raw, -RAW_MAX, RAW_MAX)
+}
+
+fn seconds(name: &str, value: f64) -> Result<Duration, Problem> {
+    number(name, value, 0.0, SECONDS_MAX).map(|value| Duration((value * 1e9).round() as u64))
+}
+
+fn millivolts(name: &str, volts: f64) -> Result<u32, Problem> {
+    number(name, volts, 0.0, VOLTS_MAX).map(|volts| (volts * 1e3).round() as u32)
+}
