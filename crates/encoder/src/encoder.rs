@@ -197,7 +197,7 @@ impl Encoder {
     /// The level of Data+ at `now`, and when it will change without a clock edge.
     #[must_use]
     pub fn ssi_level(&self, now: Instant) -> (Level, Option<Instant>) {
-        if self.unit.model() == Model::Ce65M { self.ssi.level(now) } else { (Level::Low, None) }
+        if self.unit.model() == Model::Ce65M { self.ssi.level(self.now.max(now)) } else { (Level::Low, None) }
     }
 
     /// The last multiple of the refresh time since power-up that is not after `now`: the moment whose shaft the

@@ -248,6 +248,11 @@ mod tests {
     #[test]
     fn firmware_weeks_have_an_order() {
         assert_eq!("41/1997".parse(), Ok(Week::AK40));
+        assert_eq!(Week::AK40.to_string(), "41/1997");
+        assert_eq!(
+            NotAWeek.to_string(),
+            "a firmware week is written WW/YYYY, from 1/1990 to 53/2099, like 41/1997"
+        );
         assert!("40/1997".parse::<Week>().unwrap() < Week::AK40);
         assert!("1/1998".parse::<Week>().unwrap() > Week::AK40);
         for wrong in ["", "41", "41/97", "0/1997", "54/1997", "41/2100", "+1/1997", "41/1997/1"] {

@@ -55,20 +55,16 @@ impl Node {
 
     /// One exchange; `None` while the supply is too low.
     pub fn step(&mut self, now: Instant, out: OutWord, around: &Surroundings) -> Option<InWord> {
-        self.supply(around.supply_mv);
-        let encoder = Self::on(&mut self.encoder, &self.unit, &mut self.memory, now, around)?;
-        let input = encoder.exchange(now, out, &around.terminals, &mut self.memory);
-        if self.memory.is_cut() {
-            self.encoder = None;
-            return None;
-        }
-        Some(input)
+        self.switch(now, around);
+        let input = self.encoder.as_mut()?.exchange(now, out, &around.terminals, &mut self.memory);
+        self.cut_off();
+        self.encoder.is_some().then_some(input)
     }
 
     /// An edge of the SSI clock; Low while the supply is too low [R103..R120].
     pub fn ssi_clock(&mut self, now: Instant, clock: Level, around: &Surroundings) -> Level {
-        self.supply(around.supply_mv);
-        match Self::on(&mut self.encoder, &self.unit, &mut self.memory, now, around) {
+        self.switch(now, around);
+        match &mut self.encoder {
             Some(encoder) => encoder.ssi_clock(now, clock, &around.terminals),
             None => Level::Low,
         }
@@ -85,18 +81,21 @@ impl Node {
         }
     }
 
-    /// The encoder, switched on if the supply allows.
-    fn on<'a>(
-        encoder: &'a mut Option<Encoder>,
-        unit: &Unit,
-        memory: &mut Eeprom,
-        now: Instant,
-        around: &Surroundings,
-    ) -> Option<&'a mut Encoder> {
-        if around.supply_mv < OFF_BELOW_MV || memory.is_cut() {
-            return None;
+    /// Switches the encoder off or on, as the supply is.
+    fn switch(&mut self, now: Instant, around: &Surroundings) {
+        self.supply(around.supply_mv);
+        self.cut_off();
+        if self.encoder.is_none() && around.supply_mv >= OFF_BELOW_MV && !self.memory.is_cut() {
+            self.encoder = Some(Encoder::power_up(&self.unit, now, &around.terminals, &mut self.memory));
+            self.cut_off();
         }
-        Some(encoder.get_or_insert_with(|| Encoder::power_up(unit, now, &around.terminals, memory)))
+    }
+
+    /// A power cut in the middle of a write leaves the encoder no time for its turn count.
+    fn cut_off(&mut self) {
+        if self.memory.is_cut() {
+            self.encoder = None;
+        }
     }
 
     /// What it was built as.
@@ -137,5 +136,30 @@ impl Node {
             encoder.power_off(&mut memory);
         }
         memory
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use encoring_words::Model;
+    use encoring_words::model::Sensor;
+
+    #[test]
+    fn a_power_cut_switches_the_encoder_off_whoever_looks_at_it_first() {
+        let unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 8192 }).unwrap();
+        for cut_before_power_up in [false, true] {
+            let mut node = Node::new(unit);
+            let around = Surroundings::default();
+            if !cut_before_power_up {
+                node.step(Instant(0), OutWord(0), &around);
+            }
+            node.memory_mut().cut_after(0);
+            assert_eq!(node.ssi_clock(Instant(1), Level::High, &around), Level::Low);
+            assert!(node.encoder().is_none());
+            assert_eq!(node.step(Instant(2), OutWord(0), &around), None);
+            node.supply(0);
+            assert!(node.step(Instant(3), OutWord(0), &around).is_some(), "back with the supply");
+        }
     }
 }
