@@ -368,7 +368,7 @@ fn after_a_call_that_was_done_but_answered_with_an_error_the_next_power_up_finds
 /// What cannot be read may be the newer copy, so it is not written over.
 #[test]
 fn while_one_copy_cannot_be_read_another_value_is_refused_and_nothing_is_touched() {
-    let mut bench = common::ce65();
+    let mut bench = ce65();
     bench.exchange(0);
     assert_eq!(bench.service(0xC200_1234), 0xC200_1234);
     // Service 02 has its copies at 32 and 48; the newer is the second.
