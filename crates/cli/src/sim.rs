@@ -142,6 +142,12 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let for_handler = Arc::clone(&signalled);
     ctrlc::set_handler(move || for_handler.notify_one()).map_err(io::Error::other)?;
     // Everything that can be refused is looked at before anything is written.
+    if let (Some(record), Some(path)) = (&arguments.record, &arguments.scenario)
+        && fs::canonicalize(record)
+            .is_ok_and(|record| fs::canonicalize(path).is_ok_and(|path| path == record))
+    {
+        return Err(bad_input(format!("--record {}: this is the scenario", record.display())));
+    }
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
     let mut world = World::new(scenario).map_err(bad_input)?;
@@ -261,6 +267,13 @@ impl Recording {
         partial.push(".partial");
         let partial = PathBuf::from(partial);
         let problem = |cause: io::Error| bad_input(format!("--record {}: {cause}", file.display()));
+        // The finished recording takes the file's place: a folder, a device or a link must not be lost to it.
+        if fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
+            return Err(bad_input(format!(
+                "--record {}: not an ordinary file; name a new one",
+                file.display()
+            )));
+        }
         let sink = File::create(&partial).map_err(problem)?;
         let devices: Vec<_> = world
             .places()
