@@ -84,6 +84,14 @@ impl ServiceTimes {
         preset_adjustment: Duration::ZERO,
     };
 
+    /// What a new [`Unit`] has.
+    pub const DEFAULT: Self = Self {
+        read: Duration::ZERO,
+        write: Duration::from_millis(10),
+        data_check: Duration::from_millis(20),
+        preset_adjustment: Duration::from_millis(10),
+    };
+
     /// The time of one request; `None` stands for a service number that no manual lists.
     #[must_use]
     pub const fn of(&self, service: Option<Service>, access: Access) -> Duration {
@@ -98,12 +106,7 @@ impl ServiceTimes {
 
 impl Default for ServiceTimes {
     fn default() -> Self {
-        Self {
-            read: Duration::ZERO,
-            write: Duration::from_millis(10),
-            data_check: Duration::from_millis(20),
-            preset_adjustment: Duration::from_millis(10),
-        }
+        Self::DEFAULT
     }
 }
 
@@ -197,12 +200,7 @@ impl Unit {
             model,
             sensor,
             firmware: Week::AK40,
-            service_times: ServiceTimes {
-                read: Duration::ZERO,
-                write: Duration::from_millis(10),
-                data_check: Duration::from_millis(20),
-                preset_adjustment: Duration::from_millis(10),
-            },
+            service_times: ServiceTimes::DEFAULT,
             zero_loss: ZeroLoss::Nearest,
         })
     }

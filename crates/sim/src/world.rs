@@ -309,18 +309,18 @@ impl World {
 
     /// Without cycles there is an exchange every refresh time, with the last OUT word until the chip resets, then
     /// with 0. A device that was just switched on has no last word, and waits for the ring until then.
-    fn exchange_without_cycles(&mut self, position: usize, ends: Instant) {
+    fn exchange_without_cycles(&mut self, position: usize, until: Instant) {
         loop {
             let Some(place) = self.places.get(position) else { return };
             let next = place.last_exchange + place.node.unit().model().refresh();
-            if !place.is_supplied() || next > ends {
+            if !place.is_supplied() || next > until {
                 return;
             }
             if place.node.encoder().is_some() {
                 self.exchange(position, next);
-            } else if ends.since(place.supplied_since) > RESET_AFTER {
+            } else if until.since(place.supplied_since) > RESET_AFTER {
                 // The first is due now, not for all the time before.
-                self.exchange(position, ends);
+                self.exchange(position, until);
             } else {
                 return;
             }
