@@ -142,11 +142,8 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let for_handler = Arc::clone(&signalled);
     ctrlc::set_handler(move || for_handler.notify_one()).map_err(io::Error::other)?;
     // Everything that can be refused is looked at before anything is written.
-    if let (Some(record), Some(path)) = (&arguments.record, &arguments.scenario)
-        && fs::canonicalize(record)
-            .is_ok_and(|record| fs::canonicalize(path).is_ok_and(|path| path == record))
-    {
-        return Err(bad_input(format!("--record {}: this is the scenario", record.display())));
+    if let Some(record) = &arguments.record {
+        recordable(record, arguments.scenario.as_deref())?;
     }
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
@@ -216,7 +213,6 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     finish_recording(partial, &outcome)?;
     report.events(&outcome.events)?;
     report.end(&outcome.view)?;
-    outcome.recording?;
     Ok(Answer::Yes)
 }
 
@@ -255,6 +251,25 @@ fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Fa
     Ok(lock)
 }
 
+/// Refuses a recording that could not be finished, or whose end would cost something else: it takes the place of what
+/// has its name, and a folder, a device, a link or the scenario must not be lost to it.
+fn recordable(file: &Path, scenario: Option<&Path>) -> Result<(), Failure> {
+    let refused = |why: &str| Err(bad_input(format!("--record {}: {why}", file.display())));
+    let same = |path: &Path| {
+        fs::canonicalize(file).is_ok_and(|file| fs::canonicalize(path).is_ok_and(|p| p == file))
+    };
+    if fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
+        return refused("not an ordinary file; name a new one");
+    }
+    if scenario.is_some_and(same) {
+        return refused("this is the scenario");
+    }
+    match file.parent() {
+        Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
+        _ => refused("there is no such folder"),
+    }
+}
+
 /// A recording under way: it gets its name when it is whole.
 struct Recording {
     file: PathBuf,
@@ -267,13 +282,6 @@ impl Recording {
         partial.push(".partial");
         let partial = PathBuf::from(partial);
         let problem = |cause: io::Error| bad_input(format!("--record {}: {cause}", file.display()));
-        // The finished recording takes the file's place: a folder, a device or a link must not be lost to it.
-        if fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
-            return Err(bad_input(format!(
-                "--record {}: not an ordinary file; name a new one",
-                file.display()
-            )));
-        }
         let sink = File::create(&partial).map_err(problem)?;
         let devices: Vec<_> = world
             .places()
@@ -302,7 +310,7 @@ fn finish_recording(recording: Option<Recording>, outcome: &Outcome) -> Result<(
 }
 
 /// A bar on the terminal for a run whose end is known.
-struct Progress(Option<(ProgressBar, u64)>);
+struct Progress(Option<ProgressBar>);
 
 impl Progress {
     fn new(lasting: Option<Duration>) -> Self {
@@ -310,13 +318,13 @@ impl Progress {
             let bar = ProgressBar::new(lasting.as_nanos() / 1_000_000);
             let style =
                 ProgressStyle::with_template("{bar:40} {percent:>3} % of the time on the ring, {eta} left");
-            (bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar())), lasting.as_nanos())
+            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
         });
         Self(bar)
     }
 
     fn show(&self, station: &Station) {
-        if let (Some((bar, _)), Ok(view)) = (&self.0, station.handle().view()) {
+        if let (Some(bar), Ok(view)) = (&self.0, station.handle().view()) {
             bar.set_position(view.time_ns / 1_000_000);
         }
     }
@@ -324,7 +332,7 @@ impl Progress {
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        if let Some((bar, _)) = &self.0 {
+        if let Some(bar) = &self.0 {
             bar.finish_and_clear();
         }
     }

@@ -239,6 +239,21 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
         assert_eq!(refused(here, &arguments), message);
         assert!(!here.join("new").exists() && !here.join("new.csv.partial").exists());
     }
+    fs::create_dir(here.join("folder")).unwrap();
+    for (arguments, message) in [
+        (&["--record", "folder"][..], "error: --record folder: not an ordinary file; name a new one\n"),
+        (&["--record", "none/new.csv"], "error: --record none/new.csv: there is no such folder\n"),
+        (&["--record", "twice.toml", "twice.toml"], "error: twice.toml line 5: unknown field"),
+    ] {
+        let said = refused(here, &[&["sim", "--modbus", "off", "--state", "new"][..], arguments].concat());
+        assert!(said.starts_with(message), "{said}");
+        assert!(!here.join("new").exists() && !here.join("folder.partial").exists());
+    }
+    let example = run(here, &["sim", "--example"]).stdout;
+    fs::write(here.join("ring.toml"), &example).unwrap();
+    let arguments = ["sim", "ring.toml", "--modbus", "off", "--state", "new", "--record", "ring.toml"];
+    assert_eq!(refused(here, &arguments), "error: --record ring.toml: this is the scenario\n");
+    assert!(!here.join("new").exists() && fs::read(here.join("ring.toml")).unwrap() == example);
     for wrong in [["--speed", "0"], ["--for", "0"], ["--web", "on"], ["--modbus-connections", "0"]] {
         assert!(refused(here, &[&["sim"][..], &wrong].concat()).starts_with("error: invalid value '"));
     }
