@@ -5,3 +5,6 @@
 #![no_std]
 
 pub mod scaling;
+pub mod seen;
+
+pub use seen::Seen;

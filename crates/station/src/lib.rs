@@ -4,6 +4,7 @@
 //! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
 //! a wait.
 
+pub mod bus;
 pub mod events;
 pub mod image;
 pub mod keeper;
@@ -11,6 +12,7 @@ pub mod pace;
 pub mod station;
 pub mod view;
 
+pub use bus::{Bus, BusError};
 pub use events::{Event, Happened};
 pub use image::SharedImage;
 pub use keeper::Keeper;

@@ -1,0 +1,227 @@
+//! A ring as its master reaches it, whatever stands between: [`Bus`].
+//!
+//! The in-process simulation (`station::simulated`) is one, a Modbus gateway in front of a real ring another. Whoever
+//! programs encoders knows only this trait.
+
+use std::fmt;
+use std::io;
+
+use encoring_words::{Duration, InWord, Instant, OutWord};
+
+/// A ring on which words can be read and written. Positions are ring positions from 0.
+///
+/// Calls block until they are done or have failed, never for longer than the bus's own time-out says. An error ends
+/// the call, not the bus: the next call tries again.
+pub trait Bus {
+    /// The time, since an origin of the bus's own.
+    fn now(&self) -> Instant;
+
+    /// The OUT word of the encoder at `position` as the bus holds it, whoever wrote it.
+    ///
+    /// # Errors
+    /// [`BusError`].
+    fn out(&mut self, position: usize) -> Result<OutWord, BusError>;
+
+    /// Writes an OUT word, if one is given, and then reads the IN words of the encoders from `first` on, as many as
+    /// `input` has places. Both halves of the OUT word go out together, and no other encoder's OUT word is touched.
+    ///
+    /// The IN words need not be an answer to the OUT word yet: see [`Bus::settling`].
+    ///
+    /// # Errors
+    /// [`BusError`]; the OUT word may then have arrived all the same.
+    fn cycle(
+        &mut self,
+        write: Option<(usize, OutWord)>,
+        first: usize,
+        input: &mut [InWord],
+    ) -> Result<Cycle, BusError>;
+
+    /// Lets time pass in which nothing is read or written; returns early if the bus has something to do.
+    fn wait(&mut self, span: Duration);
+
+    /// What has to pass before words written separately are sure to stand on the ring together.
+    fn settling(&self) -> Settling;
+
+    /// Hands out what happened to the link since the last call; `None` once everything was told.
+    fn link_event(&mut self) -> Option<LinkEvent> {
+        None
+    }
+}
+
+/// What a call of [`Bus::cycle`] came to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cycle {
+    /// When the IN words were there.
+    pub at: Instant,
+    /// How long before that they may have left the ring, as far as the bus can tell.
+    pub age: Duration,
+}
+
+/// At least one cycle of the ring and one scan of whatever stands before it [R34]. Two polls of a gateway can fall
+/// into one cycle of the ring, so both limits must be kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settling {
+    /// Calls of [`Bus::cycle`].
+    pub cycles: u32,
+    /// Time.
+    pub time: Duration,
+}
+
+/// Why a ring could not be read or written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BusError {
+    /// The caller asked for an encoder that the ring does not have.
+    #[error("no encoder at position {position}: the ring has {encoders}, counted from 0")]
+    NoEncoder {
+        /// The position that was asked for.
+        position: usize,
+        /// How many there are.
+        encoders: usize,
+    },
+    /// There is no connection.
+    #[error("no connection: {0}")]
+    NoConnection(Cause),
+    /// The peer did not answer in time.
+    #[error("no answer within {within}")]
+    NoAnswer {
+        /// The bus's time-out.
+        within: Duration,
+    },
+    /// The peer refused the request.
+    #[error("the gateway refused function {function} at register {register}: exception {exception:02X}h, {}", meaning(*.exception))]
+    Refused {
+        /// Modbus function.
+        function: u8,
+        /// First register of the request.
+        register: u16,
+        /// Modbus exception code.
+        exception: u8,
+    },
+    /// The peer's answer is not one to the request.
+    #[error("the answer to function {function} at register {register} is no answer: {got}")]
+    Garbled {
+        /// Modbus function.
+        function: u8,
+        /// First register of the request.
+        register: u16,
+        /// What is wrong with it.
+        got: Garbled,
+    },
+    /// The peer describes a ring on which the encoder cannot be found.
+    #[error(
+        "the module at position {position} has ident code {ident} and {words} words, an encoder has 51 and 2"
+    )]
+    NotAnEncoder {
+        /// The position that was asked for.
+        position: usize,
+        /// Ident code of the module there.
+        ident: u8,
+        /// Its length in words.
+        words: u8,
+    },
+}
+
+/// Why there is no connection.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The operating system says so.
+    System(io::ErrorKind),
+    /// The last attempt failed not long ago, and the next is not due yet.
+    Waiting {
+        /// What the last attempt met.
+        last: io::ErrorKind,
+        /// Until the next.
+        next: Duration,
+    },
+}
+
+/// What is wrong with an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Garbled {
+    /// It has another number of registers.
+    Registers {
+        /// As many as it has.
+        got: usize,
+        /// As many as were asked for.
+        wanted: usize,
+    },
+    /// It belongs to another function, unit or transaction, or is no frame at all.
+    Foreign,
+}
+
+/// Something that happened to a bus's link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LinkEvent {
+    /// When.
+    pub at: Instant,
+    /// What.
+    pub what: Link,
+}
+
+/// What can happen to a link.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Link {
+    /// It is there.
+    Up {
+        /// How long it was not; zero the first time.
+        down_for: Duration,
+    },
+    /// It is gone.
+    Down {
+        /// How long it was there.
+        up_for: Duration,
+        /// Why.
+        cause: BusError,
+    },
+    /// It could not be made.
+    Failed {
+        /// Why.
+        cause: io::ErrorKind,
+        /// Until the next attempt.
+        next: Duration,
+    },
+}
+
+const fn meaning(exception: u8) -> &'static str {
+    match exception {
+        0x01 => "it does not know the function",
+        0x02 => "there is no such register",
+        0x03 => "the quantity or value is not allowed",
+        0x04 => "it failed",
+        0x05 => "it needs more time",
+        0x06 => "it is busy",
+        0x08 => "its memory is damaged",
+        0x0A => "it has no way to the unit",
+        0x0B => "the unit behind it does not answer",
+        _ => "a code that Modbus does not define",
+    }
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::System(kind) => write!(f, "{kind}"),
+            Self::Waiting { last, next } => write!(f, "{last}; the next attempt is in {next}"),
+        }
+    }
+}
+
+impl fmt::Display for Garbled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Registers { got, wanted } => write!(f, "{got} registers instead of {wanted}"),
+            Self::Foreign => f.write_str("it does not belong to the request"),
+        }
+    }
+}
+
+impl fmt::Display for Link {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Up { down_for: Duration::ZERO } => f.write_str("connected"),
+            Self::Up { down_for } => write!(f, "connected again after {down_for}"),
+            Self::Down { up_for, cause } => write!(f, "connection lost after {up_for}: {cause}"),
+            Self::Failed { cause, next } => write!(f, "no connection: {cause}; next attempt in {next}"),
+        }
+    }
+}
