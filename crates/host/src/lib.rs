@@ -4,7 +4,15 @@
 //! the encoder will, and gives the words that program them.
 #![no_std]
 
+pub mod preset;
+pub mod program;
+pub mod request;
 pub mod scaling;
 pub mod seen;
+pub mod service;
+pub mod session;
 
+pub use request::{Reply, Request, RequestError};
 pub use seen::Seen;
+pub use service::Services;
+pub use session::{Outcome, Session, Timing};

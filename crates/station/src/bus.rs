@@ -1,6 +1,6 @@
 //! A ring as its master reaches it, whatever stands between: [`Bus`].
 //!
-//! The in-process simulation (`station::simulated`) is one, a Modbus gateway in front of a real ring another. Whoever
+//! The in-process simulation ([`crate::Simulated`]) is one, a Modbus gateway in front of a real ring another. Whoever
 //! programs encoders knows only this trait.
 
 use std::fmt;

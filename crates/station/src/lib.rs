@@ -8,7 +8,9 @@ pub mod bus;
 pub mod events;
 pub mod image;
 pub mod keeper;
+pub mod master;
 pub mod pace;
+pub mod simulated;
 pub mod station;
 pub mod view;
 
@@ -16,6 +18,8 @@ pub use bus::{Bus, BusError};
 pub use events::{Event, Happened};
 pub use image::SharedImage;
 pub use keeper::Keeper;
+pub use master::Master;
 pub use pace::Speed;
+pub use simulated::Simulated;
 pub use station::{Handle, Options, Outcome, Station, Stopped};
 pub use view::View;

@@ -1,0 +1,344 @@
+//! Programming as a user means it: these values shall count, all of them or none [R79..R81, C38].
+//!
+//! 1. Everything is read, and judged as the data check will judge it; what it would refuse is not begun. If an error
+//!    is pending, a data check comes first, so that later errors can be seen.
+//! 2. What differs is written, in the order of the services.
+//! 3. One data check makes it count.
+//! 4. Everything is read back and compared, and the position is looked at.
+//!
+//! If a step fails, the old values are written back and checked in the same way. The report says in any case what
+//! every parameter holds now, or that it is not known.
+
+use encoring_words::model::Sensor;
+use encoring_words::parameter::{Code, PARAMETERS, ParameterSet};
+use encoring_words::word::In;
+use encoring_words::{ErrorStatus, InWord, Model, Parameter};
+
+use crate::preset::position;
+use crate::request::Request;
+use crate::service::{Check, Failure, Services, carry_out, check, read};
+use crate::session::Fate;
+
+/// What to program.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Program {
+    model: Model,
+    steps_per_turn: u32,
+    wanted: [Option<u32>; PARAMETERS.len()],
+}
+
+/// How it went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Report<E> {
+    /// One row for each parameter of the model.
+    pub rows: [Option<Row>; PARAMETERS.len()],
+    /// What IN showed before.
+    pub shown_before: Option<InWord>,
+    /// What IN shows now.
+    pub shown_after: Option<InWord>,
+    /// Errors of before, as the data check told them.
+    pub earlier: ErrorStatus,
+    /// What became of the old values if a step failed.
+    pub back: Back,
+    /// `Ok` if everything was done and verified.
+    pub result: Result<(), Stopped<E>>,
+}
+
+/// One parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Which.
+    pub parameter: Parameter,
+    /// What it held before; `None` if it was not read.
+    pub before: Option<u32>,
+    /// What it shall hold, as the encoder stores it; `None` if it was to stay.
+    pub wanted: Option<u32>,
+    /// What it holds now; `None` if that is not known.
+    pub now: Option<u32>,
+}
+
+/// What became of the old values after a failure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Back {
+    /// There was nothing to take back: nothing had been written.
+    NothingWritten,
+    /// Nothing failed.
+    NotNeeded,
+    /// They were written back, checked and read back.
+    Restored,
+    /// They could not be written back completely: the rows say what is known. Which values the position is computed
+    /// with is not known.
+    Failed,
+}
+
+/// Why programming stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stopped<E> {
+    /// A service failed.
+    Service(Failure<E>),
+    /// The data check would refuse the values; nothing was written.
+    WouldBeRefused(ErrorStatus),
+    /// The data check refused them.
+    NotAccepted(Check),
+    /// A parameter holds another value than the one that was acknowledged.
+    NotStored {
+        /// Which.
+        parameter: Parameter,
+        /// What was written.
+        wanted: u32,
+        /// What was read back.
+        read: u32,
+    },
+    /// With the new values accepted, IN shows what they do not allow.
+    Position {
+        /// The word.
+        shown: InWord,
+        /// The largest position that they allow.
+        length: u32,
+    },
+}
+
+impl<E> From<Failure<E>> for Stopped<E> {
+    fn from(failure: Failure<E>) -> Self {
+        Self::Service(failure)
+    }
+}
+
+impl Program {
+    /// Nothing to program yet. `steps_per_turn` is that of the rating plate, or the largest that the model can have;
+    /// it has no meaning for an LA-66.
+    #[must_use]
+    pub const fn new(model: Model, steps_per_turn: u32) -> Self {
+        Self { model, steps_per_turn, wanted: [None; PARAMETERS.len()] }
+    }
+
+    /// Adds a value.
+    ///
+    /// # Errors
+    /// [`crate::RequestError`] if the encoder would refuse it.
+    pub fn set(&mut self, parameter: Parameter, value: u32) -> Result<(), crate::RequestError> {
+        let request = Request::write(self.model, parameter, value)?;
+        // A legal value has a normalised form.
+        let stored = parameter.normalise(self.model, request.data()).unwrap_or(request.data());
+        if let Some(wanted) = self.wanted.get_mut(parameter as usize) {
+            *wanted = Some(stored);
+        }
+        Ok(())
+    }
+
+    /// The value that a parameter is to get, as the encoder stores it.
+    #[must_use]
+    pub fn wanted(&self, parameter: Parameter) -> Option<u32> {
+        self.wanted.get(parameter as usize).copied().flatten()
+    }
+
+    /// The model.
+    #[must_use]
+    pub const fn model(&self) -> Model {
+        self.model
+    }
+
+    /// What the data check will say of `set` with the wanted values in it.
+    #[must_use]
+    pub fn judge(&self, mut set: ParameterSet) -> ErrorStatus {
+        for parameter in PARAMETERS {
+            if let Some(wanted) = self.wanted(parameter) {
+                set.set(parameter, wanted);
+            }
+        }
+        let sensor = match self.model {
+            Model::La66 => Sensor::Linear { rod_um: 0 },
+            Model::Ce100M | Model::Ce65M => Sensor::Rotary { steps_per_turn: self.steps_per_turn },
+        };
+        set.validity(self.model, sensor)
+    }
+
+    /// Programs, checks and verifies.
+    pub fn run<S: Services>(&self, services: &mut S) -> Report<S::Error> {
+        let mut run = Run::new(self);
+        let result = run.forward(services);
+        let back = match result {
+            Ok(()) => Back::NotNeeded,
+            Err(_) if !run.written => Back::NothingWritten,
+            Err(_) => run.back(services),
+        };
+        Report {
+            rows: run.rows,
+            shown_before: run.shown_before,
+            shown_after: services.look().ok(),
+            earlier: run.earlier,
+            back,
+            result,
+        }
+    }
+}
+
+/// Programming under way.
+struct Run<'a> {
+    program: &'a Program,
+    rows: [Option<Row>; PARAMETERS.len()],
+    shown_before: Option<InWord>,
+    earlier: ErrorStatus,
+    /// Something was written, so that the encoder may differ from what it was.
+    written: bool,
+}
+
+impl<'a> Run<'a> {
+    fn new(program: &'a Program) -> Self {
+        let rows = PARAMETERS.map(|parameter| {
+            let known = parameter.service().known_to(program.model);
+            known.then_some(Row { parameter, before: None, wanted: program.wanted(parameter), now: None })
+        });
+        Self { program, rows, shown_before: None, earlier: ErrorStatus::empty(), written: false }
+    }
+
+    fn forward<S: Services>(&mut self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+        let shown = services.look().map_err(Failure::Bus)?;
+        self.shown_before = Some(shown);
+        if shown.error_bit() {
+            // While an error is pending a service cannot report one of its own.
+            self.earlier = check_once_more(services)?.status;
+        }
+        let mut set = ParameterSet::default();
+        for row in self.rows.iter_mut().flatten() {
+            let value = read(services, self.program.model, row.parameter)?.value;
+            (row.before, row.now) = (Some(value), Some(value));
+            set.set(row.parameter, value);
+        }
+        let refused = self.program.judge(set);
+        if !refused.is_empty() {
+            return Err(Stopped::WouldBeRefused(refused));
+        }
+        for row in self.rows.iter_mut().flatten() {
+            if let Some(wanted) = row.wanted
+                && row.before != Some(wanted)
+            {
+                self.written = true;
+                store(services, self.program.model, row, wanted)?;
+            }
+        }
+        self.accept(services)?;
+        verify(services, self.program.model, &mut self.rows, |row| row.wanted)?;
+        self.look(services)
+    }
+
+    /// One data check. What was pending before is told by it and over, so a second one must find nothing.
+    fn accept<S: Services>(&mut self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+        // An unchecked value of before may come to count.
+        self.written = true;
+        let mut checked = check_once_more(services)?;
+        if !checked.remains && !checked.status.is_empty() {
+            self.earlier |= checked.status;
+            checked = check_once_more(services)?;
+        }
+        // A magnet that is away says nothing of the values [R95].
+        let magnet = checked.status == ErrorStatus::OUTSIDE_RANGE;
+        if checked.is_good() || magnet { Ok(()) } else { Err(Stopped::NotAccepted(checked)) }
+    }
+
+    /// A rotary encoder shows no position above its measuring length; a rod can, after a preset.
+    fn look<S: Services>(&self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+        let shown = services.look().map_err(Failure::Bus)?;
+        let now = |parameter| self.rows.iter().flatten().find(|row| row.parameter == parameter)?.now;
+        let length = now(Parameter::MeasuringLength).unwrap_or(encoring_words::word::DATA_MAX);
+        let code = match self.program.model {
+            Model::Ce65M => now(Parameter::CountingDirection)
+                .map(|value| encoring_words::parameter::CountingDirection::from_data(value).code),
+            Model::La66 | Model::Ce100M => None,
+        };
+        let position = position(shown, code.unwrap_or(Code::Binary));
+        let legal = position.is_some_and(|value| value <= length || self.program.model == Model::La66);
+        let faulty =
+            matches!(shown.decode(), In::Position { error: true, .. }) && self.program.model != Model::La66;
+        if legal && !faulty { Ok(()) } else { Err(Stopped::Position { shown, length }) }
+    }
+
+    /// Writes the old values back, has them checked, and finds out what is there.
+    fn back<S: Services>(&mut self, services: &mut S) -> Back {
+        let model = self.program.model;
+        let mut restored = true;
+        for row in self.rows.iter_mut().flatten() {
+            if let (Some(before), Some(_)) = (row.before, row.wanted)
+                && row.now != Some(before)
+            {
+                restored &= store(services, model, row, before).is_ok();
+            }
+        }
+        let accepted = check_once_more(services);
+        // Errors of the failure itself may be told once.
+        let accepted = match accepted {
+            Ok(checked) if !checked.remains && !checked.status.is_empty() => check_once_more(services),
+            accepted => accepted,
+        };
+        restored &= accepted.is_ok_and(|checked| !checked.remains);
+        for row in self.rows.iter_mut().flatten().filter(|row| row.wanted.is_some()) {
+            // What cannot be read is not known.
+            row.now = read(services, model, row.parameter).ok().map(|value| value.value);
+            restored &= row.now == row.before;
+        }
+        if restored { Back::Restored } else { Back::Failed }
+    }
+}
+
+/// Writes one value. After a time-out the value is read back, and written once more if it is not there: writing the
+/// same value twice does the same as writing it once.
+fn store<S: Services>(
+    services: &mut S,
+    model: Model,
+    row: &mut Row,
+    value: u32,
+) -> Result<(), Failure<S::Error>> {
+    let request = Request::write(model, row.parameter, value).map_err(Failure::Request)?;
+    let mut tried = carry_out(services, request);
+    if let Err(Failure::TimedOut { timed_out, .. }) = tried
+        && !matches!(timed_out.fate, Fate::CarriedOut(_))
+    {
+        row.now = None;
+        let found = read(services, model, row.parameter)?.value;
+        row.now = Some(found);
+        if found == value {
+            return Ok(());
+        }
+        tried = carry_out(services, request);
+    }
+    match tried {
+        Ok(_) => {
+            row.now = Some(value);
+            Ok(())
+        }
+        Err(failure) => {
+            // A refused value leaves the old one; after anything else nobody knows.
+            if !matches!(failure, Failure::Refused(_)) {
+                row.now = None;
+            }
+            Err(failure)
+        }
+    }
+}
+
+/// The data check; if it gets no answer once more, which does no harm.
+fn check_once_more<S: Services>(services: &mut S) -> Result<Check, Failure<S::Error>> {
+    match check(services) {
+        Err(Failure::TimedOut { .. }) => check(services),
+        checked => checked,
+    }
+}
+
+/// Reads back what was to be programmed.
+fn verify<S: Services>(
+    services: &mut S,
+    model: Model,
+    rows: &mut [Option<Row>],
+    wanted: impl Fn(&Row) -> Option<u32>,
+) -> Result<(), Stopped<S::Error>> {
+    for row in rows.iter_mut().flatten() {
+        let Some(wanted) = wanted(row) else { continue };
+        row.now = None;
+        let read = read(services, model, row.parameter)?.value;
+        row.now = Some(read);
+        if read != wanted {
+            return Err(Stopped::NotStored { parameter: row.parameter, wanted, read });
+        }
+    }
+    Ok(())
+}

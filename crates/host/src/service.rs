@@ -1,0 +1,148 @@
+//! Services as a user means them: read a value, run the data check, and understand a refusal.
+//!
+//! Everything here is straight-line code over [`Services`], whoever carries a single service out: a controller's
+//! cycle, a bus client, a test.
+
+use encoring_words::{ErrorStatus, InWord, Model, Parameter};
+
+use crate::request::{Reply, Request, RequestError};
+use crate::session::{GivenUp, Outcome, TimedOut};
+
+/// Carries services out, one at a time, with a [`crate::Session`].
+pub trait Services {
+    /// Why the encoder cannot be reached.
+    type Error: Copy;
+
+    /// Carries a service out to its end.
+    ///
+    /// # Errors
+    /// If it cannot even be begun: then nothing was sent.
+    fn serve(&mut self, request: Request) -> Result<Outcome, Self::Error>;
+
+    /// What IN shows now, in normal mode.
+    ///
+    /// # Errors
+    /// If the encoder cannot be reached.
+    fn look(&mut self) -> Result<InWord, Self::Error>;
+}
+
+/// Why a service failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Failure<E> {
+    /// It was never sent, because the encoder would refuse it.
+    Request(RequestError),
+    /// The encoder refused it.
+    Refused(Refusal),
+    /// The encoder did not answer in time.
+    TimedOut {
+        /// What was asked.
+        request: Request,
+        /// What was waited for, and what is known.
+        timed_out: TimedOut,
+    },
+    /// It was given up on demand.
+    GivenUp {
+        /// What was asked.
+        request: Request,
+        /// What is known.
+        given_up: GivenUp,
+    },
+    /// The encoder cannot be reached; nothing was sent.
+    Bus(E),
+}
+
+/// A service that the encoder answered with the error bit, and what the data check said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Refusal {
+    /// What was asked.
+    pub request: Request,
+    /// The data check that followed.
+    pub check: Check,
+    /// The service was repeated and failed again: the manual then wants the encoder replaced [R154].
+    pub repeated: bool,
+}
+
+/// What a data check returned.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Check {
+    /// The error status. Always empty on an LA-66, but for the magnet [R95].
+    pub status: ErrorStatus,
+    /// Bit 29 of the reply: the error remains until it is corrected [C23].
+    pub remains: bool,
+}
+
+impl Check {
+    /// `true` if there is and was no error.
+    #[must_use]
+    pub const fn is_good(self) -> bool {
+        self.status.is_empty() && !self.remains
+    }
+}
+
+/// A value that was read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Value {
+    /// Bits 23..0: what is programmed, which need not be what the position is computed with [C7].
+    pub value: u32,
+    /// An error was pending before, so this service could not report one of its own: a record of the EEPROM that
+    /// cannot be read would show as 0.
+    pub error_before: bool,
+}
+
+/// Carries `request` out, and makes a failure of every end but an answer.
+pub(crate) fn answer<S: Services>(
+    services: &mut S,
+    request: Request,
+) -> Result<(Reply, bool), Failure<S::Error>> {
+    match services.serve(request).map_err(Failure::Bus)? {
+        Outcome::Done { reply, error_before } => Ok((reply, error_before)),
+        Outcome::TimedOut(timed_out) => Err(Failure::TimedOut { request, timed_out }),
+        Outcome::GivenUp(given_up) => Err(Failure::GivenUp { request, given_up }),
+    }
+}
+
+/// Runs the data check: it returns the error status, ends errors that are over, and makes programmed values count
+/// [R79, R83].
+///
+/// # Errors
+/// [`Failure`].
+pub fn check<S: Services>(services: &mut S) -> Result<Check, Failure<S::Error>> {
+    let (reply, _) = answer(services, Request::data_check())?;
+    Ok(Check { status: ErrorStatus::from_bits_retain(reply.data as u16), remains: reply.error })
+}
+
+/// Carries `request` out. If the encoder refuses it, the data check is run; an EEPROM fault is worth one more try
+/// [R154].
+pub(crate) fn carry_out<S: Services>(
+    services: &mut S,
+    request: Request,
+) -> Result<(Reply, bool), Failure<S::Error>> {
+    let eeprom = ErrorStatus::READING_DATA | ErrorStatus::WRITING_DATA;
+    let mut repeated = false;
+    loop {
+        let (reply, error_before) = answer(services, request)?;
+        if !reply.error || error_before {
+            return Ok((reply, error_before));
+        }
+        let check = check(services)?;
+        // Repeated on a moving shaft a preset adjustment would set another zero.
+        if repeated || !check.status.intersects(eeprom) || request.moves_the_zero() {
+            return Err(Failure::Refused(Refusal { request, check, repeated }));
+        }
+        repeated = true;
+    }
+}
+
+/// Reads a parameter.
+///
+/// # Errors
+/// [`Failure`]. A refused read runs the data check, which makes programmed values count that did not yet.
+pub fn read<S: Services>(
+    services: &mut S,
+    model: Model,
+    parameter: Parameter,
+) -> Result<Value, Failure<S::Error>> {
+    let request = Request::read(model, parameter).map_err(Failure::Request)?;
+    let (reply, error_before) = carry_out(services, request)?;
+    Ok(Value { value: reply.data, error_before })
+}

@@ -1,0 +1,436 @@
+//! The master's half of the handshake: one service at a time, from the request to the position again [R30..R41].
+//!
+//! A session is called once for every poll of the bus, with what the poll brought, and says what OUT shall be until
+//! the next:
+//!
+//! ```text
+//! resting -> preparing -> requesting -> ending -> resting        done
+//!                |             |           |
+//!                |             +-----------+--> clearing -> resting    timed out, or given up
+//!                +--> resting                                    timed out: nothing was sent
+//! ```
+//!
+//! - *Preparing*: service and data stand on OUT, the service bit is 0. It rises when they have stood there for the
+//!   settling time and IN bit 31 was seen 0 meanwhile, so that a controller between here and the ring cannot tear
+//!   the word [R33, R34, C15].
+//! - *Requesting*: the service bit is 1. A reply counts if its upper byte, the error bit apart, and for a write its
+//!   data are those of the request [C12].
+//! - *Ending*: the service bit is 0 again, until IN bit 31 is.
+//! - *Clearing*: after a time-out the service bit is taken back, and for as long again a late reply may show up: an
+//!   encoder that has started a service finishes it [C42].
+//!
+//! A late reply never answers the next request: as long as an earlier request may still be under way (at the start,
+//! and after a time-out) a reply must stand for the settling time, while an encoder shows a withdrawn one in a single
+//! cycle only. What the poll brought before the present word was on OUT counts for nothing.
+
+use encoring_words::word::In;
+use encoring_words::{Duration, InWord, Instant, OutWord};
+
+use crate::request::{Reply, Request};
+use crate::seen::Seen;
+
+/// The patience of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Timing {
+    /// Polls for which a word must stand on OUT before the service bit follows: at least one cycle of the ring and
+    /// one scan of whatever stands before it.
+    pub settle_polls: u32,
+    /// The time for which it must stand there; both must have passed.
+    pub settle: Duration,
+    /// How long an answer may take.
+    pub patience: Duration,
+    /// How many polls must have been made before the patience is at an end, whatever the time.
+    pub patience_polls: u32,
+}
+
+impl Timing {
+    /// For a ring of which every poll is a cycle. A second is 50 times the slowest service of the simulated encoders;
+    /// no manual says how long a real one takes.
+    pub const DIRECT: Self = Self {
+        settle_polls: 1,
+        settle: Duration::ZERO,
+        patience: Duration::from_millis(1_000),
+        patience_polls: 3,
+    };
+}
+
+/// What a session says of a service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// It was acknowledged and ended.
+    Done {
+        /// What the encoder replied.
+        reply: Reply,
+        /// An error was pending before the request already, so the error bit of the reply need not be its own [C23].
+        error_before: bool,
+    },
+    /// It was not, in time.
+    TimedOut(TimedOut),
+    /// It was given up on demand.
+    GivenUp(GivenUp),
+}
+
+/// What a session waited for in vain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimedOut {
+    /// What.
+    pub waited_for: WaitedFor,
+    /// How long.
+    pub time: Duration,
+    /// Polls in that time.
+    pub polls: u32,
+    /// Those of them that brought a word.
+    pub answered: u32,
+    /// The last word that was seen.
+    pub last: Option<InWord>,
+    /// What became of the request.
+    pub fate: Fate,
+}
+
+/// What was given up, and how far it had come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GivenUp {
+    /// What became of the request.
+    pub fate: Fate,
+}
+
+/// What is known of a request that did not come to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It was never sent: the encoder is as it was.
+    NotSent,
+    /// It was sent and no reply was seen: the encoder may have carried it out or not.
+    Unknown,
+    /// It was carried out: its reply was seen, if late.
+    CarriedOut(Reply),
+}
+
+/// The steps that can take too long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WaitedFor {
+    /// IN bit 31 = 0 before the request: the encoder shows a reply that nobody here asked for, or nothing at all.
+    Normal,
+    /// The reply.
+    Acknowledgement,
+    /// IN bit 31 = 0 after the reply.
+    End,
+}
+
+impl WaitedFor {
+    /// The step in words.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "IN bit 31 = 0 before the request",
+            Self::Acknowledgement => "the acknowledgement",
+            Self::End => "IN bit 31 = 0 after the acknowledgement",
+        }
+    }
+}
+
+impl core::fmt::Display for TimedOut {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "waited {} and {} polls for {}; {} polls brought a word",
+            self.time,
+            self.polls,
+            self.waited_for.name(),
+            self.answered
+        )?;
+        match self.last {
+            Some(last) => write!(f, ", the last was {last}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A service was to be started while another is under way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a service is under way")]
+pub struct Busy;
+
+/// One encoder's handshake, seen from the master.
+#[derive(Clone, Copy, Debug)]
+pub struct Session {
+    timing: Timing,
+    phase: Phase,
+    out: OutWord,
+    /// An earlier request may still be under way in the encoder.
+    doubtful: bool,
+    /// Bit 29 of the last word seen before the request.
+    error_before: bool,
+    wait: Wait,
+    last: Option<InWord>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    Resting,
+    Preparing(Request),
+    Requesting { request: Request, shown: Option<Shown> },
+    Ending(Reply),
+    Clearing { ended: Ended, request: Request, fate: Fate },
+}
+
+/// A reply, and since when it has been seen without a change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Shown {
+    reply: Reply,
+    since: Instant,
+    polls: u32,
+}
+
+/// Why a request is being cleared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ended {
+    TimedOut { waited_for: WaitedFor, wait: Wait, time: Duration, last: Option<InWord> },
+    OnDemand,
+}
+
+/// How long the present phase has lasted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Wait {
+    since: Instant,
+    polls: u32,
+    answered: u32,
+    /// Since when the phase's word is known to stand on OUT: the first poll that did not fail.
+    stands: Option<Instant>,
+}
+
+impl Session {
+    /// A session with an encoder of which nothing is known. `standing` is what its OUT word holds; it stays there,
+    /// the service bit apart, until the first service.
+    #[must_use]
+    pub fn new(timing: Timing, standing: OutWord) -> Self {
+        Self {
+            timing,
+            phase: Phase::Resting,
+            out: OutWord::from(encoring_words::word::Out::Normal(standing.0)),
+            doubtful: true,
+            error_before: false,
+            wait: Wait::default(),
+            last: None,
+        }
+    }
+
+    /// `true` while no service is under way.
+    #[must_use]
+    pub const fn is_resting(&self) -> bool {
+        matches!(self.phase, Phase::Resting)
+    }
+
+    /// The phase of the handshake, for whoever shows it.
+    #[must_use]
+    pub const fn phase(&self) -> &'static str {
+        match self.phase {
+            Phase::Resting => "resting",
+            Phase::Preparing(_) => "preparing",
+            Phase::Requesting { .. } => "requesting",
+            Phase::Ending(_) => "ending",
+            Phase::Clearing { .. } => "clearing",
+        }
+    }
+
+    /// Starts a service at `now`, and says what OUT shall be for the first poll.
+    ///
+    /// # Errors
+    /// [`Busy`] if another one is under way.
+    pub fn start(&mut self, now: Instant, request: Request) -> Result<OutWord, Busy> {
+        if !self.is_resting() {
+            return Err(Busy);
+        }
+        self.enter(now, Phase::Preparing(request), request.rest());
+        Ok(self.out)
+    }
+
+    /// Gives the present service up: the service bit is taken back if it is set. The outcome follows from
+    /// [`Session::cycle`].
+    pub fn give_up(&mut self, now: Instant) {
+        match self.phase {
+            Phase::Requesting { request, .. } => {
+                self.clear(now, Ended::OnDemand, request, Fate::Unknown);
+            }
+            // Nothing was sent; the next call says so.
+            Phase::Preparing(request) => {
+                self.phase = Phase::Clearing { ended: Ended::OnDemand, request, fate: Fate::NotSent };
+            }
+            // These end by themselves, and soon.
+            Phase::Resting | Phase::Ending(_) | Phase::Clearing { .. } => {}
+        }
+    }
+
+    /// After a poll of the bus: `seen` is what it brought, with the session's last word on OUT; `None` if it failed.
+    /// Returns what OUT shall be for the next poll, and the outcome if the service came to its end.
+    pub fn cycle(&mut self, now: Instant, seen: Option<Seen>) -> (OutWord, Option<Outcome>) {
+        let fresh = self.note(now, seen);
+        let outcome = match self.phase {
+            Phase::Resting => None,
+            Phase::Preparing(request) => self.prepare(now, request, fresh),
+            Phase::Requesting { request, shown } => self.request(now, request, shown, seen.is_some(), fresh),
+            Phase::Ending(reply) => self.end(now, reply, fresh),
+            Phase::Clearing { ended, request, fate } => self.clearing(now, ended, request, fate, fresh),
+        };
+        (self.out, outcome)
+    }
+
+    /// Counts the poll, and keeps the word if it is younger than the word on OUT.
+    fn note(&mut self, now: Instant, seen: Option<Seen>) -> Option<InWord> {
+        self.wait.polls = self.wait.polls.saturating_add(1);
+        let Seen { input, age } = seen?;
+        self.wait.answered = self.wait.answered.saturating_add(1);
+        self.wait.stands.get_or_insert(now);
+        self.last = Some(input);
+        let left_the_ring = Instant(now.as_nanos().saturating_sub(age.as_nanos()));
+        (left_the_ring >= self.wait.since).then_some(input)
+    }
+
+    fn prepare(&mut self, now: Instant, request: Request, fresh: Option<InWord>) -> Option<Outcome> {
+        let free = fresh.filter(|input| !input.service_bit());
+        if let Some(shown) = free
+            && self.settled(now, self.wait.stands, self.wait.answered)
+        {
+            self.error_before = shown.error_bit();
+            self.enter(now, Phase::Requesting { request, shown: None }, request.word());
+            return None;
+        }
+        let timed_out = self.timed_out(now, WaitedFor::Normal, Fate::NotSent)?;
+        self.phase = Phase::Resting;
+        Some(Outcome::TimedOut(timed_out))
+    }
+
+    fn request(
+        &mut self,
+        now: Instant,
+        request: Request,
+        shown: Option<Shown>,
+        answered: bool,
+        fresh: Option<InWord>,
+    ) -> Option<Outcome> {
+        // Written again to a gateway that has meanwhile let its outputs fall, the service bit would rise twice.
+        let lost = !answered && request.moves_the_zero();
+        if let Some(reply) = fresh.and_then(|input| request.answered_by(input)) {
+            let shown = match shown {
+                Some(shown) if shown.reply == reply => {
+                    Shown { polls: shown.polls.saturating_add(1), ..shown }
+                }
+                _ => Shown { reply, since: now, polls: 0 },
+            };
+            if self.stands(now, shown) {
+                self.doubtful = false;
+                self.enter(now, Phase::Ending(reply), request.rest());
+                return None;
+            }
+            self.phase = Phase::Requesting { request, shown: Some(shown) };
+        } else if fresh.is_some() {
+            self.phase = Phase::Requesting { request, shown: None };
+        }
+        if lost || self.is_out_of_patience(now) {
+            let (wait, time) = (self.wait, now.since(self.wait.since));
+            let ended =
+                Ended::TimedOut { waited_for: WaitedFor::Acknowledgement, wait, time, last: self.last };
+            self.clear(now, ended, request, Fate::Unknown);
+        }
+        None
+    }
+
+    /// Whether a reply may be believed. A bus that does not show every cycle could have torn it, so there it must be
+    /// seen twice; in doubt it must stand for the settling time.
+    fn stands(&self, now: Instant, shown: Shown) -> bool {
+        if self.doubtful {
+            return shown.polls > 0 && self.settled(now, Some(shown.since), shown.polls);
+        }
+        shown.polls > 0 || self.timing.settle == Duration::ZERO
+    }
+
+    fn end(&mut self, now: Instant, reply: Reply, fresh: Option<InWord>) -> Option<Outcome> {
+        if fresh.is_some_and(|input| !input.service_bit()) {
+            self.phase = Phase::Resting;
+            return Some(Outcome::Done { reply, error_before: self.error_before });
+        }
+        let timed_out = self.timed_out(now, WaitedFor::End, Fate::CarriedOut(reply))?;
+        self.doubtful = true;
+        self.phase = Phase::Resting;
+        Some(Outcome::TimedOut(timed_out))
+    }
+
+    /// Waits for a late reply for as long as for the reply, whatever IN shows meanwhile.
+    fn clearing(
+        &mut self,
+        now: Instant,
+        ended: Ended,
+        request: Request,
+        fate: Fate,
+        fresh: Option<InWord>,
+    ) -> Option<Outcome> {
+        let late = match fate {
+            Fate::Unknown => fresh.and_then(|input| request.answered_by(input)),
+            Fate::NotSent | Fate::CarriedOut(_) => None,
+        };
+        let fate = late.map_or(fate, Fate::CarriedOut);
+        let over = match fate {
+            Fate::NotSent => true,
+            Fate::Unknown => self.is_out_of_patience(now),
+            // Nothing more can come, so only the reply has to go.
+            Fate::CarriedOut(_) => {
+                fresh.is_some_and(|input| !input.service_bit()) || self.is_out_of_patience(now)
+            }
+        };
+        if !over {
+            self.phase = Phase::Clearing { ended, request, fate };
+            return None;
+        }
+        self.phase = Phase::Resting;
+        Some(match ended {
+            Ended::OnDemand => Outcome::GivenUp(GivenUp { fate }),
+            Ended::TimedOut { waited_for, wait, time, last } => Outcome::TimedOut(TimedOut {
+                waited_for,
+                time,
+                polls: wait.polls,
+                answered: wait.answered,
+                last,
+                fate,
+            }),
+        })
+    }
+
+    fn clear(&mut self, now: Instant, ended: Ended, request: Request, fate: Fate) {
+        self.doubtful = true;
+        self.enter(now, Phase::Clearing { ended, request, fate }, request.rest());
+    }
+
+    fn enter(&mut self, now: Instant, phase: Phase, out: OutWord) {
+        self.phase = phase;
+        self.out = out;
+        self.wait = Wait { since: now, ..Wait::default() };
+    }
+
+    fn settled(&self, now: Instant, since: Option<Instant>, polls: u32) -> bool {
+        let stood = since.map_or(Duration::ZERO, |since| now.since(since));
+        polls >= self.timing.settle_polls && since.is_some() && stood >= self.timing.settle
+    }
+
+    fn is_out_of_patience(&self, now: Instant) -> bool {
+        now.since(self.wait.since) >= self.timing.patience && self.wait.polls >= self.timing.patience_polls
+    }
+
+    fn timed_out(&self, now: Instant, waited_for: WaitedFor, fate: Fate) -> Option<TimedOut> {
+        self.is_out_of_patience(now).then(|| TimedOut {
+            waited_for,
+            time: now.since(self.wait.since),
+            polls: self.wait.polls,
+            answered: self.wait.answered,
+            last: self.last,
+            fate,
+        })
+    }
+
+    /// What the encoder shows in normal mode, as it was seen last: `None` while it shows a reply, or nothing was seen.
+    #[must_use]
+    pub fn position(&self) -> Option<In> {
+        self.last.map(InWord::decode).filter(|shown| matches!(shown, In::Position { .. }))
+    }
+}
+
+#[cfg(test)]
+mod tests;
