@@ -89,6 +89,11 @@ pub enum Stopped<E> {
         /// What was read back.
         read: u32,
     },
+    /// A parameter cannot be read: with an error pending that remains, a 0 may also be a record that cannot be read.
+    Unreadable {
+        /// Which.
+        parameter: Parameter,
+    },
     /// With the new values accepted, IN shows what they do not allow.
     Position {
         /// The word.
@@ -199,11 +204,16 @@ impl<'a> Run<'a> {
             // While an error is pending a service cannot report one of its own.
             self.earlier = check_once_more(services)?.status;
         }
+        find_out(services, self.program.model, &mut self.rows, |_| true)?;
         let mut set = ParameterSet::default();
         for row in self.rows.iter_mut().flatten() {
-            let value = read(services, self.program.model, row.parameter)?.value;
-            (row.before, row.now) = (Some(value), Some(value));
-            set.set(row.parameter, value);
+            row.before = row.now;
+            match row.now {
+                Some(value) => set.set(row.parameter, value),
+                // On a rod the others do not matter.
+                None if row.wanted.is_none() && self.program.model == Model::La66 => {}
+                None => return Err(Stopped::Unreadable { parameter: row.parameter }),
+            }
         }
         let refused = self.program.judge(set);
         if !refused.is_empty() {
@@ -218,7 +228,16 @@ impl<'a> Run<'a> {
             }
         }
         self.accept(services)?;
-        verify(services, self.program.model, &mut self.rows, |row| row.wanted)?;
+        find_out(services, self.program.model, &mut self.rows, |row| row.wanted.is_some())?;
+        for row in self.rows.iter().flatten() {
+            match (row.wanted, row.now) {
+                (Some(wanted), Some(read)) if read != wanted => {
+                    return Err(Stopped::NotStored { parameter: row.parameter, wanted, read });
+                }
+                (Some(_), None) => return Err(Stopped::Unreadable { parameter: row.parameter }),
+                _ => {}
+            }
+        }
         self.look(services)
     }
 
@@ -272,8 +291,11 @@ impl<'a> Run<'a> {
         };
         restored &= accepted.is_ok_and(|checked| !checked.remains);
         for row in self.rows.iter_mut().flatten().filter(|row| row.wanted.is_some()) {
-            // What cannot be read is not known.
-            row.now = read(services, model, row.parameter).ok().map(|value| value.value);
+            // One by one, so that one that fails leaves the others known.
+            let mut alone = [Some(Row { now: None, ..*row })];
+            let _ = find_out(services, model, &mut alone, |_| true);
+            let [alone] = alone;
+            row.now = alone.and_then(|row| row.now);
             restored &= row.now == row.before;
         }
         if restored { Back::Restored } else { Back::Failed }
@@ -324,20 +346,26 @@ fn check_once_more<S: Services>(services: &mut S) -> Result<Check, Failure<S::Er
     }
 }
 
-/// Reads back what was to be programmed.
-fn verify<S: Services>(
+/// Reads what the picked rows hold now; what cannot be read is not known.
+fn find_out<S: Services>(
     services: &mut S,
     model: Model,
     rows: &mut [Option<Row>],
-    wanted: impl Fn(&Row) -> Option<u32>,
-) -> Result<(), Stopped<S::Error>> {
-    for row in rows.iter_mut().flatten() {
-        let Some(wanted) = wanted(row) else { continue };
+    pick: impl Fn(&Row) -> bool,
+) -> Result<(), Failure<S::Error>> {
+    let mut doubts = false;
+    for row in rows.iter_mut().flatten().filter(|row| pick(row)) {
         row.now = None;
-        let read = read(services, model, row.parameter)?.value;
-        row.now = Some(read);
-        if read != wanted {
-            return Err(Stopped::NotStored { parameter: row.parameter, wanted, read });
+        row.now = read(services, model, row.parameter)?.sure();
+        doubts |= row.now.is_none();
+    }
+    // A record that could not be read has left its mark in the status; an LA-66 shows none [R95].
+    if doubts && model != Model::La66 {
+        let status = check_once_more(services)?.status;
+        if !status.contains(ErrorStatus::READING_DATA) {
+            for row in rows.iter_mut().flatten().filter(|row| pick(row)) {
+                row.now.get_or_insert(0);
+            }
         }
     }
     Ok(())

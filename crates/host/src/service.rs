@@ -89,6 +89,14 @@ pub struct Value {
     pub error_before: bool,
 }
 
+impl Value {
+    /// The value, unless it could be the 0 of a record that cannot be read.
+    #[must_use]
+    pub const fn sure(self) -> Option<u32> {
+        if self.error_before && self.value == 0 { None } else { Some(self.value) }
+    }
+}
+
 /// Carries `request` out, and makes a failure of every end but an answer.
 pub(crate) fn answer<S: Services>(
     services: &mut S,

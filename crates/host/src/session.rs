@@ -245,8 +245,8 @@ impl Session {
     }
 
     /// Gives the present service up: the service bit is taken back if it is set. The outcome follows from
-    /// [`Session::cycle`].
-    pub fn give_up(&mut self, now: Instant) {
+    /// [`Session::cycle`]. `false` if there is nothing to give up: the service ends by itself, and soon.
+    pub fn give_up(&mut self, now: Instant) -> bool {
         match self.phase {
             Phase::Requesting { request, .. } => {
                 self.clear(now, Ended::OnDemand, request, Fate::Unknown);
@@ -255,9 +255,9 @@ impl Session {
             Phase::Preparing(request) => {
                 self.phase = Phase::Clearing { ended: Ended::OnDemand, request, fate: Fate::NotSent };
             }
-            // These end by themselves, and soon.
-            Phase::Resting | Phase::Ending(_) | Phase::Clearing { .. } => {}
+            Phase::Resting | Phase::Ending(_) | Phase::Clearing { .. } => return false,
         }
+        true
     }
 
     /// After a poll of the bus: `seen` is what it brought, with the session's last word on OUT; `None` if it failed.

@@ -76,6 +76,8 @@ pub struct Master<'a, B> {
     /// The last two words that were to be written.
     tried: [OutWord; 2],
     stop: Arc<AtomicBool>,
+    /// It was set when nothing could be given up any more.
+    stop_next: bool,
     last_error: Option<BusError>,
     observe: Option<Observe<'a>>,
 }
@@ -107,6 +109,7 @@ impl<'a, B: Bus> Master<'a, B> {
             written: None,
             tried: [OutWord(0); 2],
             stop,
+            stop_next: false,
             last_error: None,
             observe: None,
         })
@@ -128,8 +131,8 @@ impl<'a, B: Bus> Master<'a, B> {
         self.bus
     }
 
-    fn interrupted(&self) -> bool {
-        self.stop.swap(false, Ordering::Relaxed)
+    fn interrupted(&mut self) -> bool {
+        self.stop.swap(false, Ordering::Relaxed) | std::mem::take(&mut self.stop_next)
     }
 
     /// Refuses to work while somebody else does.
@@ -202,8 +205,8 @@ impl<B: Bus> Services for Master<'_, B> {
             if let Some(observe) = &mut self.observe {
                 observe(&Step { phase, out, input: seen.map(|seen| seen.input) });
             }
-            if self.interrupted() {
-                self.session.give_up(self.bus.now());
+            if self.interrupted() && !self.session.give_up(self.bus.now()) {
+                self.stop_next = true;
             }
             let (next, outcome) = self.session.cycle(self.bus.now(), seen);
             out = next;
