@@ -27,6 +27,9 @@ const READ_HOLDING: u8 = 3;
 const READ_INPUT: u8 = 4;
 const WRITE_SEVERAL: u8 = 16;
 
+/// Bytes of an exception on a network: header, function, code.
+const EXCEPTION: usize = 9;
+
 /// When a call ends, whatever happens, and how long that was from its beginning.
 #[derive(Clone, Copy)]
 pub(super) struct Deadline {
@@ -106,11 +109,7 @@ impl Wire {
 
     /// Throws away what came without being asked for; an error if nothing can come any more.
     pub(super) async fn clear(&self) -> Result<(), BusError> {
-        let lost = |kind| BusError::NoConnection(Cause::System(kind));
-        if let Some(silence) = self.silence {
-            sleep(silence).await;
-        }
-        self.line.clear().await.map_err(lost)
+        self.line.clear().await.map_err(|kind| BusError::NoConnection(Cause::System(kind)))
     }
 
     /// Reads registers.
@@ -166,11 +165,18 @@ impl Wire {
         deadline: Deadline,
     ) -> Result<Response, BusError> {
         let exchange = async {
+            if let Some(silence) = self.silence {
+                sleep(silence).await;
+            }
             self.clear().await?;
             Ok(self.context.call(request).await)
         };
         match timeout_at(deadline.at, exchange).await {
             Ok(Ok(Ok(Ok(response)))) => Ok(response),
+            // The library does not look at what follows the exception in its frame.
+            Ok(Ok(Ok(Err(_)))) if self.silence.is_none() && self.line.received() != EXCEPTION => {
+                Err(asked.garbled(Garbled::Foreign))
+            }
             Ok(Ok(Ok(Err(exception)))) => {
                 self.answered = true;
                 let Asked { function, register } = asked;
