@@ -1,17 +1,28 @@
-//! The process image of a station as a Modbus TCP server.
+//! The process image of a station as a Modbus TCP server, and the client of a ring behind such a gateway.
 //!
 //! [`registers`] says which register holds what, [`pdu`] makes an answer of a request without any input or output,
 //! [`server`] takes requests from connections. Nothing that a client sends can panic, allocate without bound or end
 //! the server. The page for users is `docs/modbus.md`; why no library does this is decision 0004.
+//!
+//! [`client`] reaches a ring behind a gateway, over Modbus TCP or RTU, as [`address`] says where and how; [`inline`]
+//! finds encoders among the modules of an Inline coupler, [`reconnect`] says when a lost connection is tried again.
+//! Their page is `docs/bus.md`.
 
+pub mod address;
+pub mod client;
 pub mod counters;
 mod frame;
+pub mod inline;
 pub mod pdu;
 #[cfg(test)]
 mod plain;
+pub mod reconnect;
 pub mod registers;
 pub mod server;
 
+pub use address::{Address, AddressError};
+pub use client::Client;
 pub use counters::{Counters, Snapshot};
+pub use reconnect::Reconnect;
 pub use registers::{UnknownWordOrder, WordOrder};
 pub use server::{Options, serve};

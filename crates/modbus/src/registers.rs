@@ -17,6 +17,15 @@ pub enum Table {
     Input,
 }
 
+impl Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Self::Holding => "holding",
+            Self::Input => "input",
+        })
+    }
+}
+
 /// What the registers of a block show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
@@ -90,6 +99,26 @@ impl Display for WordOrder {
 }
 
 impl WordOrder {
+    /// The word that two registers hold.
+    #[must_use]
+    pub fn word(self, registers: [u16; REGISTERS_PER_ENCODER]) -> u32 {
+        let [first, second] = registers.map(u32::from);
+        match self {
+            Self::HighFirst => first << 16 | second,
+            Self::LowFirst => second << 16 | first,
+        }
+    }
+
+    /// The registers that hold a word.
+    #[must_use]
+    pub const fn registers(self, word: u32) -> [u16; REGISTERS_PER_ENCODER] {
+        let (high, low) = ((word >> 16) as u16, word as u16);
+        match self {
+            Self::HighFirst => [high, low],
+            Self::LowFirst => [low, high],
+        }
+    }
+
     /// The halves in the order of their registers.
     const fn halves(self) -> [Half; REGISTERS_PER_ENCODER] {
         match self {
@@ -158,9 +187,10 @@ pub fn markdown() -> String {
     let mut page =
         String::from("| Registers | Addresses for position k | Hold | Functions |\n|---|---|---|---|\n");
     for block in MAP {
-        let (table, read) = match block.table {
-            Table::Holding => ("holding", "3, 23"),
-            Table::Input => ("input", "4"),
+        let table = block.table;
+        let read = match table {
+            Table::Holding => "3, 23",
+            Table::Input => "4",
         };
         let addresses = match block.first {
             0 => "2k, 2k+1".to_owned(),
@@ -217,6 +247,15 @@ mod tests {
         let mut image = image();
         Registers::find(Table::Holding, 2, 2, 2).unwrap().write(&mut image, order, [0x0005, 0xC500]);
         assert_eq!(image.out(), [OutWord(0xC200_270F), OutWord(0xC500_0005)]);
+    }
+
+    #[test]
+    fn a_word_is_made_of_its_registers_in_either_order() {
+        assert_eq!(WordOrder::HighFirst.registers(0xC200_270F), [0xC200, 0x270F]);
+        assert_eq!(WordOrder::LowFirst.registers(0xC200_270F), [0x270F, 0xC200]);
+        for order in [WordOrder::HighFirst, WordOrder::LowFirst] {
+            assert_eq!(order.word(order.registers(0x1234_5678)), 0x1234_5678);
+        }
     }
 
     #[test]

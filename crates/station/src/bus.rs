@@ -147,6 +147,16 @@ pub enum Garbled {
     },
     /// It belongs to another function, unit or transaction, or is no frame at all.
     Foreign,
+    /// It was no whole frame when the time was over.
+    Unfinished {
+        /// As many bytes as had come.
+        bytes: usize,
+    },
+    /// It names a length of process data that is not defined.
+    LengthCode {
+        /// The code.
+        code: u8,
+    },
 }
 
 /// Something that happened to a bus's link.
@@ -211,6 +221,8 @@ impl fmt::Display for Garbled {
         match self {
             Self::Registers { got, wanted } => write!(f, "{got} registers instead of {wanted}"),
             Self::Foreign => f.write_str("it does not belong to the request"),
+            Self::Unfinished { bytes } => write!(f, "{bytes} bytes and no whole frame among them"),
+            Self::LengthCode { code } => write!(f, "length code {code:02X}h is not defined"),
         }
     }
 }

@@ -1,0 +1,199 @@
+//! One connection to a gateway: a request goes out, and the answer to it comes back or an error does.
+//!
+//! The client library makes the frames and takes them apart. It takes a late answer for the next request's, and its
+//! convenient calls assert what a peer has in its hand. So:
+//!
+//! - only its lowest call is used, and kind, length and echo of every answer are compared with the request here;
+//! - what comes without being asked for is thrown away before each request;
+//! - after anything but an answer or an exception a wire is not used again: [`Wire::usable`] says so;
+//! - a serial line has no numbers on its frames, and what is still on its way outlives a closed port. There a request
+//!   that no other can be confused with goes first: see [`Wire::rtu`].
+
+use std::borrow::Cow;
+use std::time::Duration as Span;
+
+use encoring_station::BusError;
+use encoring_station::bus::{Cause, Garbled};
+use encoring_words::Duration;
+use tokio::time::{Instant, sleep, timeout_at};
+use tokio_modbus::client::{Client as _, Context, rtu, tcp};
+use tokio_modbus::{Request, Response, Slave};
+
+use super::line::{Line, Stream};
+use crate::address::Place;
+use crate::registers::Table;
+
+const READ_HOLDING: u8 = 3;
+const READ_INPUT: u8 = 4;
+const WRITE_SEVERAL: u8 = 16;
+
+/// Bytes of an exception on a network: header, function, code.
+const EXCEPTION: usize = 9;
+
+/// When a call ends, whatever happens, and how long that was from its beginning.
+#[derive(Clone, Copy)]
+pub(super) struct Deadline {
+    pub(super) at: Instant,
+    pub(super) within: Duration,
+}
+
+/// A connection that may be asked.
+pub(super) struct Wire {
+    context: Context,
+    line: Line,
+    /// How long a line is to be silent between two frames; none on a network.
+    silence: Option<Span>,
+    /// Whether anything of use ever came.
+    answered: bool,
+}
+
+/// What a request asks for, as errors name it.
+#[derive(Clone, Copy)]
+struct Asked {
+    function: u8,
+    register: u16,
+}
+
+impl Asked {
+    const fn garbled(self, got: Garbled) -> BusError {
+        BusError::Garbled { function: self.function, register: self.register, got }
+    }
+}
+
+/// The function that reads a table.
+pub(crate) const fn reading(table: Table) -> u8 {
+    match table {
+        Table::Holding => READ_HOLDING,
+        Table::Input => READ_INPUT,
+    }
+}
+
+impl Wire {
+    pub(super) fn tcp(stream: impl Stream + 'static, unit: u8) -> Self {
+        let line = Line::new(stream);
+        let context = tcp::attach_slave(line.clone(), Slave(unit));
+        Self { context, line, silence: None, answered: false }
+    }
+
+    /// A serial line, on which answers to earlier requests may still be on their way.
+    ///
+    /// They look like answers to later ones. So the first request is for one single register, which no other request
+    /// asks for. A unit answers in the order in which it was asked: when that answer is there, none to an earlier
+    /// request can follow.
+    pub(super) async fn rtu(
+        stream: impl Stream + 'static,
+        unit: u8,
+        silence: Span,
+        marker: Place,
+        deadline: Deadline,
+    ) -> Result<Self, BusError> {
+        let line = Line::new(stream);
+        let context = rtu::attach_slave(line.clone(), Slave(unit));
+        let mut wire = Self { context, line, silence: Some(silence), answered: false };
+        match wire.read(marker, 1, deadline).await {
+            // A unit that does not like the question has answered it all the same.
+            Ok(_) | Err(BusError::Refused { .. }) => Ok(wire),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// Whether anything of use ever came over this connection.
+    pub(super) const fn answered(&self) -> bool {
+        self.answered
+    }
+
+    /// `false` if a wire that met this error must be dropped, lest a late answer be taken for the next.
+    pub(super) const fn usable(after: &BusError) -> bool {
+        matches!(after, BusError::Refused { .. })
+    }
+
+    /// Throws away what came without being asked for; an error if nothing can come any more.
+    pub(super) async fn clear(&self) -> Result<(), BusError> {
+        self.line.clear().await.map_err(|kind| BusError::NoConnection(Cause::System(kind)))
+    }
+
+    /// Reads registers.
+    pub(super) async fn read(
+        &mut self,
+        place: Place,
+        count: u16,
+        deadline: Deadline,
+    ) -> Result<Vec<u16>, BusError> {
+        let asked = Asked { function: reading(place.table), register: place.first };
+        let request = match place.table {
+            Table::Holding => Request::ReadHoldingRegisters(place.first, count),
+            Table::Input => Request::ReadInputRegisters(place.first, count),
+        };
+        let answer = (place.table, self.ask(request, asked, deadline).await?);
+        let ((Table::Holding, Response::ReadHoldingRegisters(registers))
+        | (Table::Input, Response::ReadInputRegisters(registers))) = answer
+        else {
+            return Err(asked.garbled(Garbled::Foreign));
+        };
+        let (got, wanted) = (registers.len(), usize::from(count));
+        if got != wanted {
+            return Err(asked.garbled(Garbled::Registers { got, wanted }));
+        }
+        self.answered = true;
+        Ok(registers)
+    }
+
+    /// Writes holding registers, all with one request.
+    pub(super) async fn write(
+        &mut self,
+        first: u16,
+        values: &[u16],
+        deadline: Deadline,
+    ) -> Result<(), BusError> {
+        let asked = Asked { function: WRITE_SEVERAL, register: first };
+        let request = Request::WriteMultipleRegisters(first, Cow::Borrowed(values));
+        match self.ask(request, asked, deadline).await? {
+            Response::WriteMultipleRegisters(register, count)
+                if register == first && usize::from(count) == values.len() =>
+            {
+                self.answered = true;
+                Ok(())
+            }
+            _ => Err(asked.garbled(Garbled::Foreign)),
+        }
+    }
+
+    async fn ask(
+        &mut self,
+        request: Request<'_>,
+        asked: Asked,
+        deadline: Deadline,
+    ) -> Result<Response, BusError> {
+        let exchange = async {
+            if let Some(silence) = self.silence {
+                sleep(silence).await;
+            }
+            self.clear().await?;
+            Ok(self.context.call(request).await)
+        };
+        match timeout_at(deadline.at, exchange).await {
+            Ok(Ok(Ok(Ok(response)))) => Ok(response),
+            // The library does not look at what follows the exception in its frame.
+            Ok(Ok(Ok(Err(_)))) if self.silence.is_none() && self.line.received() != EXCEPTION => {
+                Err(asked.garbled(Garbled::Foreign))
+            }
+            Ok(Ok(Ok(Err(exception)))) => {
+                self.answered = true;
+                let Asked { function, register } = asked;
+                Err(BusError::Refused { function, register, exception: exception.into() })
+            }
+            Ok(Ok(Err(_))) => Err(match self.line.lost() {
+                Some(kind) => BusError::NoConnection(Cause::System(kind)),
+                None => asked.garbled(Garbled::Foreign),
+            }),
+            Ok(Err(lost)) => Err(lost),
+            Err(_) => Err(match self.line.received() {
+                0 => BusError::NoAnswer { within: deadline.within },
+                bytes => asked.garbled(Garbled::Unfinished { bytes }),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
