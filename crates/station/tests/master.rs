@@ -126,6 +126,10 @@ fn programmed(text: &str, position: usize) -> (Simulated, Report<MasterError>) {
     bus.world_mut().end_trouble();
     bus.world_mut().change(position, &[Change::Supply(24_000)]);
     bus.wait(if text.contains("service_times") { A_LONG_TIME } else { A_SHORT_TIME });
+    if truth(&bus, position).is_none() {
+        // A dip that came after the programming.
+        bus.wait(A_LONG_TIME);
+    }
     if let Err(problem) = told(&bus, position, &before, &report) {
         panic!("{problem}\n{report:#?}\n{text}");
     }
