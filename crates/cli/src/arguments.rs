@@ -1,13 +1,55 @@
 //! Values that more than one command takes.
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use encoring_words::Model;
 use encoring_words::model::{MODELS, UnknownModel};
+use encoring_words::parameter::PARAMETERS;
+use encoring_words::{Model, Parameter};
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
     PossibleValuesParser::new(MODELS.map(Model::name))
         .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
+}
+
+/// One parameter, or every one that the model has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Parameters {
+    All,
+    One(Parameter),
+}
+
+/// A parameter by its name, with `-` or `_`, or by the number of its service.
+pub(crate) fn parameter(text: &str) -> Result<Parameter, String> {
+    let name = text.to_ascii_lowercase().replace('-', "_");
+    let number = if text.len() <= 2 { u8::from_str_radix(text, 16).ok() } else { None };
+    let found = PARAMETERS
+        .into_iter()
+        .find(|parameter| parameter.key() == name || Some(parameter.service().number()) == number);
+    found.ok_or_else(|| {
+        let names = PARAMETERS.map(|parameter| parameter.key().replace('_', "-"));
+        format!("no parameter; there are {}, or 01, 02, 03, 04, 05, 09, 0D", names.join(", "))
+    })
+}
+
+/// A parameter, or `all`.
+pub(crate) fn parameters(text: &str) -> Result<Parameters, String> {
+    if text == "all" { Ok(Parameters::All) } else { parameter(text).map(Parameters::One) }
+}
+
+/// A value of 24 bits: decimal, or hexadecimal as `0x270F` or `270Fh`.
+pub(crate) fn value(text: &str) -> Result<u32, String> {
+    let hex = text.strip_prefix("0x").or_else(|| text.strip_suffix(['h', 'H']));
+    let digits = |text: &str, radix| {
+        let all = !text.is_empty() && text.chars().all(|digit| digit.is_digit(radix));
+        if all { u32::from_str_radix(text, radix).ok() } else { None }
+    };
+    let found = match hex {
+        Some(hex) => digits(hex, 16),
+        None => digits(text, 10),
+    };
+    found
+        .filter(|value| *value <= encoring_words::word::DATA_MAX)
+        .ok_or_else(|| "not a number from 0 to 16777215; hexadecimal as 0x270F or 270Fh".to_owned())
 }
 
 /// A length in millimetres with at most three decimals, as micrometres.
@@ -32,6 +74,33 @@ fn micrometres(text: &str) -> Option<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_parameter_has_a_name_and_a_number() {
+        for text in ["measuring-length", "measuring_length", "Measuring-Length", "02", "2"] {
+            assert_eq!(parameter(text), Ok(Parameter::MeasuringLength), "{text}");
+        }
+        assert_eq!(parameters("0d"), Ok(Parameters::One(Parameter::SsiValues)));
+        assert_eq!(parameters("all"), Ok(Parameters::All));
+        for wrong in ["", "06", "08", "length", "+2", "002"] {
+            assert!(
+                parameter(wrong).unwrap_err().starts_with("no parameter; there are counting-direction"),
+                "{wrong}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_value_is_decimal_or_marked_as_hexadecimal() {
+        for (text, found) in
+            [("9999", 9_999), ("0x270F", 9_999), ("270fh", 9_999), ("0", 0), ("FFFFFFh", 0xFF_FFFF)]
+        {
+            assert_eq!(value(text), Ok(found), "{text}");
+        }
+        for wrong in ["", "h", "0x", "270F", "-1", "+1", "1.5", "16777216", "0x1000000", "99999999999"] {
+            assert!(value(wrong).is_err(), "{wrong}");
+        }
+    }
 
     #[test]
     fn a_length_is_read_exactly_or_refused() {

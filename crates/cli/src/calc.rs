@@ -3,7 +3,6 @@
 mod text;
 mod view;
 
-use std::io::{self, Write};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -15,7 +14,7 @@ use encoring_host::scaling::{
 use encoring_words::Model;
 use encoring_words::model::UnknownModel;
 
-use crate::output::{Answer, Failure, Format, bad_input};
+use crate::output::{Answer, Failure, Format, bad_input, print};
 use view::CalcView;
 
 /// Calculate what to program for a range, and the words that do it
@@ -136,17 +135,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Encoder::Rotary(rotary) => rotary_view(rotary)?,
         Encoder::Linear(linear) => linear_view(linear)?,
     };
-    let mut page = Vec::new();
-    match arguments.format {
-        Format::Text => write!(page, "{view}")?,
-        Format::Json => {
-            serde_json::to_writer(&mut page, &view)?;
-            page.push(b'\n');
-        }
-    }
-    let mut out = io::stdout().lock();
-    out.write_all(&page)?;
-    out.flush()?;
+    print(arguments.format, &view)?;
     Ok(if view.usable() { Answer::Yes } else { Answer::No })
 }
 

@@ -4,12 +4,15 @@
 //! not.
 
 mod arguments;
+mod bus;
 mod calc;
 mod completions;
 mod decode;
 mod output;
+mod read;
 mod replay;
 mod sim;
+mod told;
 mod word_view;
 
 use std::process::ExitCode;
@@ -30,6 +33,7 @@ enum Command {
     Replay(replay::Arguments),
     Sim(sim::Arguments),
     Calc(calc::Arguments),
+    Read(read::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -39,6 +43,7 @@ fn main() -> ExitCode {
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Sim(arguments) => sim::run(&arguments),
         Command::Calc(arguments) => calc::run(&arguments),
+        Command::Read(arguments) => read::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     })
 }

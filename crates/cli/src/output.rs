@@ -25,6 +25,8 @@ pub(crate) enum Format {
 pub(crate) enum Answer {
     Yes,
     No,
+    /// It could not be judged; the output says why.
+    Unknown,
 }
 
 /// Why a command has no answer.
@@ -32,6 +34,10 @@ pub(crate) enum Answer {
 pub(crate) enum Failure {
     /// The user's fault; the message has the place, the value and what is allowed.
     BadInput(String),
+    /// The encoder, or this program, will not do it.
+    Refused(String),
+    /// Nobody answered, or it cannot be known.
+    NoAnswer(String),
     /// The output could not be written.
     Output(io::Error),
 }
@@ -58,15 +64,33 @@ pub(crate) fn finish(result: Result<Answer, Failure>) -> ExitCode {
     let (code, message) = match result {
         Ok(Answer::Yes) => return ExitCode::SUCCESS,
         Ok(Answer::No) => return ExitCode::from(1),
+        Ok(Answer::Unknown) => return ExitCode::from(3),
         // Whoever read the output has seen enough.
         Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => {
             return ExitCode::SUCCESS;
         }
         Err(Failure::BadInput(message)) => (2, message),
+        Err(Failure::Refused(message)) => (1, message),
+        Err(Failure::NoAnswer(message)) => (3, message),
         Err(Failure::Output(error)) => (3, format!("cannot write the output: {error}")),
     };
     note(&format!("error: {message}"));
     ExitCode::from(code)
+}
+
+/// Prints a report: for people as it displays, for programs as one JSON object.
+pub(crate) fn print<V: std::fmt::Display + serde::Serialize>(format: Format, view: &V) -> io::Result<()> {
+    use io::Write;
+    let mut page = match format {
+        Format::Text => view.to_string().into_bytes(),
+        Format::Json => serde_json::to_vec(view)?,
+    };
+    if page.last() != Some(&b'\n') {
+        page.push(b'\n');
+    }
+    let mut out = io::stdout().lock();
+    out.write_all(&page)?;
+    out.flush()
 }
 
 /// A line on standard error; if that is closed there is nobody to tell.

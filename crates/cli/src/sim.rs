@@ -85,7 +85,7 @@ pub(crate) struct Arguments {
 }
 
 /// A time as people write it; a plain number is seconds.
-fn span(text: &str) -> Result<Duration, String> {
+pub(crate) fn span(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| s.is_finite() && *s >= 0.0);
     let real = match seconds {
         Some(seconds) => Real::try_from_secs_f64(seconds).map_err(|cause| cause.to_string()),
@@ -229,7 +229,7 @@ async fn finished(station: &Station, progress: &Progress, report: &mut Report) -
 }
 
 /// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
-fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Failure> {
+pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Failure> {
     // First all are read, so that a folder with one foreign file is left as it is.
     let memories: Vec<_> = units
         .iter()

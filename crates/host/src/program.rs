@@ -103,6 +103,14 @@ pub enum Stopped<E> {
     },
 }
 
+impl Row {
+    /// `true` if it is to get another value than it has.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        self.wanted.is_some() && self.wanted != self.before
+    }
+}
+
 impl<E> From<Failure<E>> for Stopped<E> {
     fn from(failure: Failure<E>) -> Self {
         Self::Service(failure)
@@ -158,46 +166,105 @@ impl Program {
         set.validity(self.model, sensor)
     }
 
+    /// Reads everything and judges it. Nothing is written; but if an error is pending a data check is run.
+    pub fn prepare<S: Services>(self, services: &mut S) -> Prepared<S::Error> {
+        let mut prepared = Prepared::new(self);
+        prepared.stopped = prepared.read(services).err();
+        prepared
+    }
+
     /// Programs, checks and verifies.
-    pub fn run<S: Services>(&self, services: &mut S) -> Report<S::Error> {
-        let mut run = Run::new(self);
-        let result = run.forward(services);
-        let back = match result {
-            Ok(()) => Back::NotNeeded,
-            Err(_) if !run.written => Back::NothingWritten,
-            Err(_) => run.back(services),
-        };
-        Report {
-            rows: run.rows,
-            shown_before: run.shown_before,
-            shown_after: services.look().ok(),
-            earlier: run.earlier,
-            back,
-            result,
-        }
+    pub fn run<S: Services>(self, services: &mut S) -> Report<S::Error> {
+        self.prepare(services).run(services)
     }
 }
 
-/// Programming under way.
-struct Run<'a> {
-    program: &'a Program,
+/// A program that has looked at its encoder and written nothing yet.
+#[derive(Clone, Copy, Debug)]
+pub struct Prepared<E> {
+    program: Program,
     rows: [Option<Row>; PARAMETERS.len()],
     shown_before: Option<InWord>,
     earlier: ErrorStatus,
     /// Something was written, so that the encoder may differ from what it was.
     written: bool,
+    /// Why it cannot be run.
+    stopped: Option<Stopped<E>>,
 }
 
-impl<'a> Run<'a> {
-    fn new(program: &'a Program) -> Self {
+impl<E: Copy> Prepared<E> {
+    fn new(program: Program) -> Self {
         let rows = PARAMETERS.map(|parameter| {
             let known = parameter.service().known_to(program.model);
             known.then_some(Row { parameter, before: None, wanted: program.wanted(parameter), now: None })
         });
-        Self { program, rows, shown_before: None, earlier: ErrorStatus::empty(), written: false }
+        let earlier = ErrorStatus::empty();
+        Self { program, rows, shown_before: None, earlier, written: false, stopped: None }
     }
 
-    fn forward<S: Services>(&mut self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+    /// What the encoder holds, and what it is to hold.
+    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().flatten()
+    }
+
+    /// Why it cannot be run: [`Prepared::run`] will say the same and write nothing.
+    #[must_use]
+    pub const fn stopped(&self) -> Option<Stopped<E>> {
+        self.stopped
+    }
+
+    /// What IN showed.
+    #[must_use]
+    pub const fn shown(&self) -> Option<InWord> {
+        self.shown_before
+    }
+
+    /// Errors that were pending, as the data check told them.
+    #[must_use]
+    pub const fn earlier(&self) -> ErrorStatus {
+        self.earlier
+    }
+
+    /// `true` if some value will be written.
+    #[must_use]
+    pub fn changes(&self) -> bool {
+        self.rows().any(Row::changes)
+    }
+
+    /// `true` if the same place will have another position afterwards: direction, code or scaling change.
+    #[must_use]
+    pub fn moves_the_position(&self) -> bool {
+        self.rows().any(|row| {
+            let moves = !matches!(
+                row.parameter,
+                Parameter::PresetValue1 | Parameter::PresetValue2 | Parameter::SsiValues
+            );
+            moves && row.changes()
+        })
+    }
+
+    /// Programs, checks and verifies.
+    pub fn run<S: Services<Error = E>>(mut self, services: &mut S) -> Report<E> {
+        let result = match self.stopped {
+            Some(stopped) => Err(stopped),
+            None => self.forward(services),
+        };
+        let back = match result {
+            Ok(()) => Back::NotNeeded,
+            Err(_) if !self.written => Back::NothingWritten,
+            Err(_) => self.back(services),
+        };
+        Report {
+            rows: self.rows,
+            shown_before: self.shown_before,
+            shown_after: services.look().ok(),
+            earlier: self.earlier,
+            back,
+            result,
+        }
+    }
+
+    fn read<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
         let shown = services.look().map_err(Failure::Bus)?;
         self.shown_before = Some(shown);
         if shown.error_bit() {
@@ -216,13 +283,12 @@ impl<'a> Run<'a> {
             }
         }
         let refused = self.program.judge(set);
-        if !refused.is_empty() {
-            return Err(Stopped::WouldBeRefused(refused));
-        }
-        for row in self.rows.iter_mut().flatten() {
-            if let Some(wanted) = row.wanted
-                && row.before != Some(wanted)
-            {
+        if refused.is_empty() { Ok(()) } else { Err(Stopped::WouldBeRefused(refused)) }
+    }
+
+    fn forward<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
+        for row in self.rows.iter_mut().flatten().filter(|row| row.changes()) {
+            if let Some(wanted) = row.wanted {
                 self.written = true;
                 store(services, self.program.model, row, wanted)?;
             }
@@ -242,7 +308,7 @@ impl<'a> Run<'a> {
     }
 
     /// One data check. What was pending before is told by it and over, so a second one must find nothing.
-    fn accept<S: Services>(&mut self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+    fn accept<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
         // An unchecked value of before may come to count.
         self.written = true;
         let mut checked = check_once_more(services)?;
@@ -256,7 +322,7 @@ impl<'a> Run<'a> {
     }
 
     /// A rotary encoder shows no position above its measuring length; a rod can, after a preset.
-    fn look<S: Services>(&self, services: &mut S) -> Result<(), Stopped<S::Error>> {
+    fn look<S: Services<Error = E>>(&self, services: &mut S) -> Result<(), Stopped<E>> {
         let shown = services.look().map_err(Failure::Bus)?;
         let now = |parameter| self.rows.iter().flatten().find(|row| row.parameter == parameter)?.now;
         let length = now(Parameter::MeasuringLength).unwrap_or(encoring_words::word::DATA_MAX);
@@ -273,7 +339,7 @@ impl<'a> Run<'a> {
     }
 
     /// Writes the old values back, has them checked, and finds out what is there.
-    fn back<S: Services>(&mut self, services: &mut S) -> Back {
+    fn back<S: Services<Error = E>>(&mut self, services: &mut S) -> Back {
         let model = self.program.model;
         let mut restored = true;
         for row in self.rows.iter_mut().flatten() {

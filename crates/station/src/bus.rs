@@ -192,6 +192,14 @@ pub enum Link {
     },
 }
 
+impl Link {
+    /// `true` for what somebody should know of: anything but the first connection.
+    #[must_use]
+    pub fn is_trouble(&self) -> bool {
+        !matches!(self, Self::Up { down_for: Duration::ZERO })
+    }
+}
+
 const fn meaning(exception: u8) -> &'static str {
     match exception {
         0x01 => "it does not know the function",

@@ -86,6 +86,20 @@ impl Parameter {
         }
     }
 
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub const fn key(self) -> &'static str {
+        match self {
+            Self::CountingDirection => "counting_direction",
+            Self::MeasuringLength => "measuring_length",
+            Self::Numerator => "numerator",
+            Self::PresetValue1 => "preset_value_1",
+            Self::PresetValue2 => "preset_value_2",
+            Self::Denominator => "denominator",
+            Self::SsiValues => "ssi_values",
+        }
+    }
+
     /// The range that the encoder accepts as a whole 24-bit value; `None` where the bytes are judged singly (01 on
     /// the CE-65-M, 0D). The presets of the CE-100 are compared with the measuring length only at the data check,
     /// and a numerator of 0 is stored as well [C6].

@@ -1,0 +1,318 @@
+//! The ring that a command works on: simulated in this process, or real behind a Modbus gateway.
+
+use std::fs::File;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use clap::Args;
+use encoring_encoder::Unit;
+use encoring_modbus::{Address, Client};
+use encoring_sim::{Scenario, World, state};
+use encoring_station::bus::{Bus, BusError, Cycle, LinkEvent, Settling};
+use encoring_station::master::MasterError;
+use encoring_station::{Master, Simulated, Speed};
+use encoring_words::model::Sensor;
+use encoring_words::{Duration, InWord, Instant, Model, OutWord};
+
+use crate::arguments;
+use crate::output::{Failure, bad_input, note};
+use crate::sim::{remember, span};
+
+/// What stands below the help of every command that works on a bus.
+pub(crate) const ADDRESSES: &str = "\
+Bus addresses:
+  sim                         the built-in ring, in this process
+  sim:ring.toml               a scenario; with --state DIR its encoders remember
+  modbus-tcp://HOST:502?unit=1&out=holding:0&in=input:0&order=high-first
+  modbus-rtu:/dev/ttyUSB0?baud=19200&parity=even&unit=1
+All options are in docs/bus.md.";
+
+/// Which ring.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct BusArguments {
+    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE...
+    #[arg(long, value_name = "ADDRESS", global = true, required = false)]
+    pub(crate) bus: Option<String>,
+    /// Folder of the simulated encoders' memories; without it they are new every time.
+    #[arg(long, value_name = "DIR", global = true)]
+    pub(crate) state: Option<PathBuf>,
+    /// Refuse everything that changes something in an encoder.
+    #[arg(long, global = true)]
+    pub(crate) read_only: bool,
+}
+
+/// Which encoder of the ring.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct Encoder {
+    #[command(flatten)]
+    pub(crate) ring: BusArguments,
+    /// Ring position of the encoder, from 0.
+    #[arg(long, value_name = "POSITION", global = true, required = false)]
+    pub(crate) at: Option<usize>,
+    /// The encoder's model; a simulated ring knows it.
+    #[arg(long, value_parser = arguments::model(), global = true)]
+    pub(crate) model: Option<Model>,
+    /// Steps per turn on the rating plate, 4096 or 8192.
+    #[arg(long, value_name = "STEPS", value_parser = ["4096", "8192"], global = true)]
+    pub(crate) native: Option<String>,
+    /// How long to wait for each step of a handshake.
+    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = span, global = true)]
+    pub(crate) patience: Duration,
+}
+
+/// What every report names.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Target {
+    pub(crate) position: usize,
+    pub(crate) model: Model,
+    /// Steps per turn, where they are known.
+    pub(crate) native: Option<u32>,
+}
+
+impl Target {
+    /// The vendor's number of the device.
+    pub(crate) fn device(self) -> String {
+        format!("{}.0", self.position + 1)
+    }
+
+    /// The most steps per turn that it can have.
+    pub(crate) fn steps_per_turn(self) -> u32 {
+        self.native.unwrap_or(match self.model {
+            Model::La66 | Model::Ce100M => 4096,
+            Model::Ce65M => 8192,
+        })
+    }
+}
+
+/// A ring that is open.
+pub(crate) enum AnyBus {
+    /// In this process.
+    Simulated(Box<Simulated>),
+    /// Behind a Modbus gateway.
+    Modbus(Box<Client>),
+}
+
+/// A ring that is open, and what has to be done when it is closed.
+pub(crate) struct Opened {
+    pub(crate) bus: AnyBus,
+    /// As it was named.
+    pub(crate) address: String,
+    memories: Option<Memories>,
+    stop: Arc<AtomicBool>,
+}
+
+struct Memories {
+    folder: PathBuf,
+    _lock: File,
+}
+
+/// Set by Ctrl-C and SIGTERM.
+pub(crate) fn stop_mark() -> Result<Arc<AtomicBool>, Failure> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let for_handler = Arc::clone(&stop);
+    ctrlc::set_handler(move || for_handler.store(true, Ordering::Relaxed))
+        .map_err(|cause| Failure::Output(std::io::Error::other(cause)))?;
+    Ok(stop)
+}
+
+impl BusArguments {
+    /// The address, which is always to be said: nobody shall believe that a simulation is the machine.
+    pub(crate) fn address(&self) -> Result<&str, Failure> {
+        self.bus.as_deref().ok_or_else(|| {
+            bad_input("--bus ADDRESS is missing; --bus sim is the built-in ring, the others are in --help")
+        })
+    }
+
+    /// Opens the ring. `speed` is that of a simulated one.
+    pub(crate) fn open(&self, speed: Speed) -> Result<Opened, Failure> {
+        let address = self.address()?;
+        let stop = stop_mark()?;
+        let simulated = match address.split_once(':') {
+            None if address == "sim" => Some(Scenario::built_in()),
+            Some(("sim", file)) => Some(Scenario::read(file.as_ref())),
+            _ => None,
+        };
+        let (bus, memories) = match simulated {
+            Some(scenario) => {
+                let (bus, memories) = self.simulated(&scenario.map_err(bad_input)?, speed)?;
+                (AnyBus::Simulated(Box::new(bus)), memories)
+            }
+            None => {
+                if self.state.is_some() {
+                    return Err(bad_input(
+                        "--state is for simulated rings; a real encoder keeps its own memory",
+                    ));
+                }
+                let parsed: Address = address.parse().map_err(|error| {
+                    bad_input(format!("--bus {address}: {error}; or sim, or sim:SCENARIO.toml"))
+                })?;
+                (AnyBus::Modbus(Box::new(Client::new(parsed)?)), None)
+            }
+        };
+        Ok(Opened { bus, address: address.to_owned(), memories, stop })
+    }
+
+    fn simulated(&self, scenario: &Scenario, speed: Speed) -> Result<(Simulated, Option<Memories>), Failure> {
+        let mut world = World::new(scenario).map_err(bad_input)?;
+        let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
+        let memories = match &self.state {
+            Some(folder) => {
+                let lock = remember(folder, &units, &mut world)?;
+                Some(Memories { folder: folder.clone(), _lock: lock })
+            }
+            None => None,
+        };
+        Ok((Simulated::new(world, speed), memories))
+    }
+
+    /// Refuses a command that changes something.
+    pub(crate) fn writing(&self, command: &str) -> Result<(), Failure> {
+        if self.read_only {
+            return Err(bad_input(format!("{command} changes the encoder, and --read-only is given")));
+        }
+        Ok(())
+    }
+}
+
+impl Encoder {
+    /// Opens the ring, and says which encoder is meant.
+    pub(crate) fn open(&self) -> Result<(Opened, Target), Failure> {
+        let position =
+            self.at.ok_or_else(|| bad_input("--at POSITION is missing; positions count from 0"))?;
+        let opened = self.ring.open(Speed::Max)?;
+        let target = self.target(&opened, position)?;
+        Ok((opened, target))
+    }
+
+    fn target(&self, opened: &Opened, position: usize) -> Result<Target, Failure> {
+        let given = self.native.as_deref().and_then(|steps| steps.parse().ok());
+        let (model, native) = match opened.unit(position)? {
+            Some(unit) => {
+                let native = match unit.sensor() {
+                    Sensor::Rotary { steps_per_turn } => Some(steps_per_turn),
+                    Sensor::Linear { .. } => None,
+                };
+                if let Some(model) = self.model.filter(|model| *model != unit.model()) {
+                    return Err(bad_input(format!(
+                        "--model {model}: the encoder at position {position} is a {}",
+                        unit.model()
+                    )));
+                }
+                (unit.model(), given.or(native))
+            }
+            None => {
+                let model = self.model.ok_or_else(|| {
+                    bad_input(
+                        "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
+                    )
+                })?;
+                (model, given)
+            }
+        };
+        match (model, native) {
+            (Model::La66, Some(_)) => Err(bad_input("--native: a la-66 has no steps per turn")),
+            (Model::Ce100M, Some(8192)) => {
+                Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"))
+            }
+            _ => Ok(Target { position, model, native }),
+        }
+    }
+}
+
+impl Opened {
+    /// What is simulated at a position; `None` behind a gateway, where nobody knows.
+    pub(crate) fn unit(&self, position: usize) -> Result<Option<Unit>, Failure> {
+        let AnyBus::Simulated(ring) = &self.bus else { return Ok(None) };
+        let places = ring.world().places();
+        match places.get(position) {
+            Some(place) => Ok(Some(*place.node().unit())),
+            None => Err(bad_input(format!(
+                "--at {position}: {}",
+                BusError::NoEncoder { position, encoders: places.len() }
+            ))),
+        }
+    }
+
+    /// `true` if nothing here is real.
+    pub(crate) const fn is_simulated(&self) -> bool {
+        matches!(self.bus, AnyBus::Simulated(_))
+    }
+
+    /// The mark that Ctrl-C sets.
+    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
+    }
+
+    /// A master for an encoder.
+    pub(crate) fn master(
+        &mut self,
+        position: usize,
+        patience: Duration,
+    ) -> Result<Master<'_, AnyBus>, MasterError> {
+        let stop = self.stop();
+        Master::new(&mut self.bus, position, patience, stop)
+    }
+
+    /// Tells what happened to the link, and keeps the memories of simulated encoders.
+    pub(crate) fn close(mut self) -> Result<(), Failure> {
+        while let Some(event) = self.bus.link_event() {
+            if event.what.is_trouble() {
+                note(&format!("note: {}: {}", self.address, event.what));
+            }
+        }
+        let (AnyBus::Simulated(ring), Some(memories)) = (&self.bus, &self.memories) else { return Ok(()) };
+        for (position, place) in ring.world().places().iter().enumerate() {
+            let node = place.node();
+            state::write(&memories.folder, position, node.unit(), &node.memory_at_power_off())
+                .map_err(bad_input)?;
+        }
+        Ok(())
+    }
+}
+
+impl AnyBus {
+    fn inner(&mut self) -> &mut dyn Bus {
+        match self {
+            Self::Simulated(bus) => bus.as_mut(),
+            Self::Modbus(bus) => bus.as_mut(),
+        }
+    }
+}
+
+impl Bus for AnyBus {
+    fn now(&self) -> Instant {
+        match self {
+            Self::Simulated(bus) => bus.now(),
+            Self::Modbus(bus) => bus.now(),
+        }
+    }
+
+    fn out(&mut self, position: usize) -> Result<OutWord, BusError> {
+        self.inner().out(position)
+    }
+
+    fn cycle(
+        &mut self,
+        write: Option<(usize, OutWord)>,
+        first: usize,
+        input: &mut [InWord],
+    ) -> Result<Cycle, BusError> {
+        self.inner().cycle(write, first, input)
+    }
+
+    fn wait(&mut self, span: Duration) {
+        self.inner().wait(span);
+    }
+
+    fn settling(&self) -> Settling {
+        match self {
+            Self::Simulated(bus) => bus.settling(),
+            Self::Modbus(bus) => bus.settling(),
+        }
+    }
+
+    fn link_event(&mut self) -> Option<LinkEvent> {
+        self.inner().link_event()
+    }
+}

@@ -1,0 +1,283 @@
+//! What the master's side found out, in words and as JSON: values, error status, failures.
+
+use std::fmt;
+
+use encoring_host::preset::position;
+use encoring_host::request::Request;
+use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
+use encoring_host::session::{Fate, TimedOut, WaitedFor};
+use encoring_station::BusError;
+use encoring_station::master::MasterError;
+use encoring_words::parameter::{Code, CountingDirection, Direction, SsiValues};
+use encoring_words::word::In;
+use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};
+use serde::Serialize;
+
+use crate::bus::Target;
+use crate::output::{Answer, Failure};
+
+/// What a service of a bus can fail with.
+pub(crate) type Failed = ServiceFailure<MasterError>;
+
+/// Which encoder a report is about.
+#[derive(Serialize)]
+pub(crate) struct TargetView {
+    pub(crate) position: usize,
+    pub(crate) device_number: String,
+    pub(crate) model: &'static str,
+}
+
+impl TargetView {
+    pub(crate) fn new(target: Target) -> Self {
+        Self { position: target.position, device_number: target.device(), model: target.model.name() }
+    }
+}
+
+impl fmt::Display for TargetView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "position {} (device {}), {}", self.position, self.device_number, self.model)
+    }
+}
+
+/// What a value of a parameter means, where it is more than a number.
+pub(crate) fn meaning(parameter: Parameter, model: Model, value: u32) -> Option<String> {
+    let code = |code| match code {
+        Code::Binary => "binary",
+        Code::Gray => "Gray code",
+    };
+    match parameter {
+        Parameter::CountingDirection => {
+            let CountingDirection { direction, code: on_bus } = CountingDirection::from_data(value);
+            let direction = match (direction, model) {
+                (Direction::Rising, Model::La66) => "rising towards the end of the rod",
+                (Direction::Falling, Model::La66) => "falling towards the end of the rod",
+                (Direction::Rising, _) => "rising clockwise",
+                (Direction::Falling, _) => "falling clockwise",
+            };
+            Some(match model {
+                Model::Ce65M => format!("{direction}, {}", code(on_bus)),
+                Model::La66 | Model::Ce100M => direction.to_owned(),
+            })
+        }
+        Parameter::SsiValues => {
+            let SsiValues { repetition, code: on_ssi, bits } = SsiValues::from_data(value);
+            let repeated = if repetition { ", repeated" } else { "" };
+            let ak_40 = if bits == 31 { ", AK-40" } else { "" };
+            Some(format!("{bits} bits, {}{repeated}{ak_40}", code(on_ssi)))
+        }
+        _ => None,
+    }
+}
+
+/// What IN showed.
+#[derive(Serialize)]
+pub(crate) struct Shown {
+    pub(crate) word: String,
+    /// In steps; `None` for anything but a position.
+    pub(crate) position: Option<u32>,
+    pub(crate) error_bit: bool,
+}
+
+impl Shown {
+    pub(crate) fn new(word: InWord, code: Code) -> Self {
+        let error_bit = matches!(word.decode(), In::Position { error: true, .. });
+        Self { word: word.to_string(), position: position(word, code), error_bit }
+    }
+}
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.position {
+            Some(position) => write!(f, "{position}")?,
+            None => f.write_str("no position")?,
+        }
+        write!(f, " ({})", self.word)?;
+        if self.error_bit { f.write_str(", an error is pending") } else { Ok(()) }
+    }
+}
+
+/// An error status with everything that the manuals say of it.
+#[derive(Serialize)]
+pub(crate) struct StatusView {
+    pub(crate) status_hex: String,
+    /// The error bit of the data check's reply.
+    pub(crate) remains: bool,
+    pub(crate) bits: Vec<BitView>,
+    #[serde(skip)]
+    model: Model,
+}
+
+#[derive(Serialize)]
+pub(crate) struct BitView {
+    bit: u8,
+    meaning: &'static str,
+    remedy: &'static str,
+}
+
+impl StatusView {
+    pub(crate) fn new(status: ErrorStatus, remains: bool, model: Model) -> Self {
+        let bits =
+            status.explain().map(|row| BitView { bit: row.bit, meaning: row.meaning, remedy: row.remedy });
+        Self { status_hex: format!("{:04X}", status.bits()), remains, bits: bits.collect(), model }
+    }
+
+    pub(crate) fn of(check: Check, model: Model) -> Self {
+        Self::new(check.status, check.remains, model)
+    }
+}
+
+impl fmt::Display for StatusView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error status {}", self.status_hex)?;
+        for BitView { bit, meaning, remedy } in &self.bits {
+            write!(f, "\n  2^{bit:<2}  {meaning}\n        remedy: {remedy}")?;
+        }
+        if self.bits.is_empty() && self.remains && self.model == Model::La66 {
+            write!(f, "\n  a la-66 does not tell which error it was: only the magnet has a status bit")?;
+        }
+        Ok(())
+    }
+}
+
+/// A service that failed.
+#[derive(Serialize)]
+pub(crate) struct FailureView {
+    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master` or `no_bus`.
+    pub(crate) kind: &'static str,
+    /// The request's OUT word.
+    pub(crate) out: Option<String>,
+    /// What was waited for in vain: `normal`, `acknowledgement` or `end`.
+    pub(crate) waited_for: Option<&'static str>,
+    /// Whether the encoder has carried the request out: `yes`, `no` or `unknown`.
+    pub(crate) carried_out: Option<&'static str>,
+    pub(crate) status: Option<StatusView>,
+    /// The same in sentences.
+    pub(crate) text: Vec<String>,
+    #[serde(skip)]
+    ends: Ends,
+}
+
+#[derive(Clone, Copy)]
+enum Ends {
+    BadInput,
+    Refused,
+    NoAnswer,
+}
+
+fn deed(request: Request) -> String {
+    let service = request.service();
+    let (number, name) = (service.number(), service.name());
+    match request.access() {
+        Access::Read => format!("reading service {number:02X} ({name})"),
+        Access::Write => format!("writing {} with service {number:02X} ({name})", request.data()),
+    }
+}
+
+const fn fate(fate: Fate) -> (&'static str, &'static str) {
+    match fate {
+        Fate::NotSent => ("no", "nothing was sent: the encoder is as it was"),
+        Fate::Unknown => ("unknown", "whether the encoder has carried it out is not known"),
+        Fate::CarriedOut(_) => ("yes", "the encoder has carried it out: its reply was seen"),
+    }
+}
+
+impl FailureView {
+    pub(crate) fn new(failed: Failed, model: Model, behind: Option<BusError>) -> Self {
+        let blank = |kind, ends| Self {
+            kind,
+            out: None,
+            waited_for: None,
+            carried_out: None,
+            status: None,
+            text: Vec::new(),
+            ends,
+        };
+        match failed {
+            ServiceFailure::Request(error) => {
+                Self { text: vec![error.to_string()], ..blank("not_sent", Ends::BadInput) }
+            }
+            ServiceFailure::Refused(Refusal { request, check, repeated }) => {
+                let mut text = vec![format!("the encoder refused {}", deed(request))];
+                if repeated {
+                    text.push("it was repeated and refused again".to_owned());
+                }
+                Self {
+                    out: Some(request.word().to_string()),
+                    status: Some(StatusView::of(check, model)),
+                    text,
+                    ..blank("refused", Ends::Refused)
+                }
+            }
+            ServiceFailure::TimedOut { request, timed_out } => {
+                let TimedOut { waited_for, fate: known, .. } = timed_out;
+                let (carried_out, known) = fate(known);
+                let mut text = vec![format!("no answer to {}: {timed_out}", deed(request)), known.to_owned()];
+                if waited_for == WaitedFor::Normal && timed_out.last.is_some_and(InWord::service_bit) {
+                    text.push(
+                        "IN shows a reply that was not asked for here: is another master at work?".to_owned(),
+                    );
+                }
+                text.extend(behind.map(|error| format!("the bus said: {error}")));
+                Self {
+                    out: Some(request.word().to_string()),
+                    waited_for: Some(match waited_for {
+                        WaitedFor::Normal => "normal",
+                        WaitedFor::Acknowledgement => "acknowledgement",
+                        WaitedFor::End => "end",
+                    }),
+                    carried_out: Some(carried_out),
+                    text,
+                    ..blank("timed_out", Ends::NoAnswer)
+                }
+            }
+            ServiceFailure::GivenUp { request, given_up } => {
+                let (carried_out, known) = fate(given_up.fate);
+                Self {
+                    out: Some(request.word().to_string()),
+                    carried_out: Some(carried_out),
+                    text: vec![format!("interrupted while {}", deed(request)), known.to_owned()],
+                    ..blank("given_up", Ends::NoAnswer)
+                }
+            }
+            ServiceFailure::Bus(error) => {
+                let (kind, ends) = match error {
+                    MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {
+                        ("another_master", Ends::Refused)
+                    }
+                    MasterError::Bus(BusError::NoEncoder { .. }) => ("no_bus", Ends::BadInput),
+                    MasterError::Interrupted => ("given_up", Ends::NoAnswer),
+                    _ => ("no_bus", Ends::NoAnswer),
+                };
+                Self { text: vec![error.to_string()], ..blank(kind, ends) }
+            }
+        }
+    }
+
+    /// How the command ends that met it and has not printed it.
+    pub(crate) fn into_result(self) -> Result<Answer, Failure> {
+        let message = self.to_string();
+        match self.ends {
+            Ends::BadInput => Err(Failure::BadInput(message)),
+            Ends::NoAnswer => Err(Failure::NoAnswer(message)),
+            Ends::Refused => Err(Failure::Refused(message)),
+        }
+    }
+
+    /// The same for a command that has printed it.
+    pub(crate) fn answer(&self) -> Answer {
+        match self.ends {
+            Ends::BadInput | Ends::Refused => Answer::No,
+            Ends::NoAnswer => Answer::Unknown,
+        }
+    }
+}
+
+impl fmt::Display for FailureView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text.join("\n"))?;
+        match &self.status {
+            Some(status) => write!(f, "\n{status}"),
+            None => Ok(()),
+        }
+    }
+}
