@@ -136,7 +136,7 @@ impl Bus for Client {
 
     fn wait(&mut self, span: Duration) {
         if let Some(runtime) = &self.runtime {
-            runtime.block_on(sleep(Span::from_nanos(span.as_nanos())));
+            runtime.block_on(async { sleep(Span::from_nanos(span.as_nanos())).await });
         }
     }
 
