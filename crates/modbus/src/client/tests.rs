@@ -1,5 +1,6 @@
 use super::*;
 
+mod coupler;
 mod misbehaving;
 #[cfg(unix)]
 mod serial;
