@@ -47,7 +47,7 @@ struct Core {
     address: Address,
     origin: tokio::time::Instant,
     wire: Option<Wire>,
-    /// Of an Inline coupler, as of this connection.
+    /// Of an Inline coupler, as of this connection or the last write.
     directory: Option<Directory>,
     reconnect: Reconnect,
     /// What the last attempt met.
@@ -136,7 +136,7 @@ impl Bus for Client {
 
     fn wait(&mut self, span: Duration) {
         if let Some(runtime) = &self.runtime {
-            runtime.block_on(sleep(Span::from_nanos(span.as_nanos())));
+            runtime.block_on(async { sleep(Span::from_nanos(span.as_nanos())).await });
         }
     }
 
@@ -205,6 +205,10 @@ impl Core {
         input: &mut [InWord],
         deadline: Deadline,
     ) -> Result<Cycle, BusError> {
+        if write.is_some() {
+            // The ring behind a coupler may have been changed, and what is written must not reach another module.
+            self.directory = None;
+        }
         // Every encoder is looked for before anything is written.
         let runs = self.runs(first, input.len(), deadline).await?;
         if let Some((position, word)) = write {
@@ -271,7 +275,7 @@ impl Core {
         }
     }
 
-    /// What an Inline coupler says of its ring, asked once a connection.
+    /// What an Inline coupler says of its ring, asked once a connection and before every write.
     async fn directory(&mut self, deadline: Deadline) -> Result<&Directory, BusError> {
         if self.directory.is_none() {
             let Layout::Inline { data: Place { table, .. } } = self.address.layout else {

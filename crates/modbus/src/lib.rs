@@ -16,6 +16,7 @@ pub mod inline;
 pub mod pdu;
 #[cfg(test)]
 mod plain;
+pub mod probe;
 pub mod reconnect;
 pub mod registers;
 pub mod server;

@@ -1,4 +1,10 @@
 use super::*;
+
+mod coupler;
+mod misbehaving;
+#[cfg(unix)]
+mod serial;
+
 use crate::plain::image;
 use crate::registers::WordOrder;
 use crate::{Counters, Options, serve};
@@ -21,6 +27,10 @@ struct Server {
 
 impl Server {
     fn start(encoders: usize, options: Options) -> Self {
+        Self::at(([127, 0, 0, 1], 0).into(), encoders, options)
+    }
+
+    fn at(address: SocketAddr, encoders: usize, options: Options) -> Self {
         let image = SharedImage::new(image(encoders));
         let (stop, stopped) = oneshot::channel::<()>();
         let (tell, told) = std::sync::mpsc::channel();
@@ -28,7 +38,7 @@ impl Server {
         let thread = thread::spawn(move || {
             let runtime = Builder::new_current_thread().enable_all().build().unwrap();
             runtime.block_on(async {
-                let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+                let listener = TcpListener::bind(address).await.unwrap();
                 tell.send(listener.local_addr().unwrap()).unwrap();
                 let stopped = async {
                     let _ = stopped.await;
@@ -80,4 +90,129 @@ fn words_come_and_go_in_either_order_and_from_either_table() {
             });
         }
     }
+}
+
+fn drained(client: &mut Client) -> Vec<Link> {
+    std::iter::from_fn(|| client.link_event()).map(|event| event.what).collect()
+}
+
+#[test]
+fn as_many_words_as_a_ring_has_are_read_in_pieces_that_tear_none() {
+    let server = Server::start(128, Options::default());
+    let mut client = server.client("?in=holding:1000");
+    let words: Vec<u32> = (0..128).map(|k| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k)).collect();
+    assert_eq!(read(&mut client, 0, 128).unwrap(), words);
+    assert_eq!(read(&mut client, 3, 63).unwrap(), words[3..66]);
+    assert_eq!(CHUNK, 124);
+}
+
+#[test]
+fn nothing_is_written_until_it_is_asked_for() {
+    let server = Server::start(2, Options::default());
+    let mut client = server.client("");
+    read(&mut client, 0, 2).unwrap();
+    assert_eq!(client.out(0).unwrap(), OutWord(0x4000_4001));
+    client.wait(Duration::from_millis(1));
+    server.image.with(|image| assert_eq!(image.out(), [OutWord(0x4000_4001), OutWord(0x4002_4003)]));
+}
+
+#[test]
+fn a_write_alone_needs_no_room_for_in_words() {
+    let server = Server::start(2, Options::default());
+    let mut client = server.client("");
+    client.cycle(Some((1, OutWord(7))), 0, &mut []).unwrap();
+    server.image.with(|image| assert_eq!(image.out(), [OutWord(0x4000_4001), OutWord(7)]));
+}
+
+#[test]
+fn an_encoder_that_is_not_there_is_refused_and_the_connection_kept() {
+    let server = Server::start(2, Options::default());
+    let mut client = server.client("");
+    let error = read(&mut client, 2, 1).unwrap_err();
+    assert_eq!(error, BusError::Refused { function: 4, register: 4, exception: 2 });
+    let error = client.cycle(Some((2, OutWord(1))), 0, &mut [InWord(0)]).unwrap_err();
+    assert_eq!(error, BusError::Refused { function: 16, register: 4, exception: 2 });
+    assert_eq!(read(&mut client, 1, 1).unwrap(), [0x8002_8003]);
+    assert_eq!(drained(&mut client), [Link::Up { down_for: Duration::ZERO }]);
+    let error = read(&mut client, usize::MAX, 2).unwrap_err();
+    assert_eq!(error, BusError::NoEncoder { position: usize::MAX, encoders: 32_768 });
+    assert_eq!(client.out(32_768).unwrap_err(), BusError::NoEncoder { position: 32_768, encoders: 32_768 });
+}
+
+#[test]
+fn a_server_that_closed_between_two_calls_costs_no_error() {
+    let idle = Span::from_millis(20);
+    let server = Server::start(1, Options { idle, ..Options::default() });
+    let mut client = server.client("");
+    read(&mut client, 0, 1).unwrap();
+    // Until it has closed: the events tell.
+    let mut events = drained(&mut client);
+    while events.len() < 3 {
+        client.wait(Duration::from_millis(20));
+        assert_eq!(read(&mut client, 0, 1).unwrap(), [0x8000_8001]);
+        events.extend(drained(&mut client));
+    }
+    assert!(matches!(
+        events[..],
+        [
+            Link::Up { down_for: Duration::ZERO },
+            Link::Down { up_for: Duration(1..), cause: BusError::NoConnection(Cause::System(_)) },
+            Link::Up { down_for: Duration(1..) },
+            ..
+        ]
+    ));
+}
+
+#[test]
+fn without_a_listener_there_is_no_connection_and_then_a_pause() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("modbus-tcp://{}?timeout_ms=40", listener.local_addr().unwrap());
+    drop(listener);
+    let mut client = Client::new(address.parse().unwrap()).unwrap().reconnecting(Reconnect::new(
+        Duration::from_secs(3_600),
+        1,
+        Duration::from_secs(3_600),
+    ));
+    let refused = io::ErrorKind::ConnectionRefused;
+    assert_eq!(read(&mut client, 0, 1), Err(BusError::NoConnection(Cause::System(refused))));
+    let error = read(&mut client, 0, 1).unwrap_err();
+    let BusError::NoConnection(Cause::Waiting { last, next }) = error else { panic!("{error}") };
+    assert_eq!(last, refused);
+    assert!(next > Duration::from_secs(3_000), "{next}");
+    let next = Duration::from_secs(3_600);
+    assert_eq!(drained(&mut client), [Link::Failed { cause: refused, next }]);
+}
+
+#[test]
+fn a_listener_that_comes_late_is_found() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = listener.local_addr().unwrap();
+    drop(listener);
+    let pause = Duration::from_millis(1);
+    let mut client = Client::new(format!("modbus-tcp://{at}").parse().unwrap())
+        .unwrap()
+        .reconnecting(Reconnect::new(pause, 2, pause));
+    for _ in 0..3 {
+        read(&mut client, 0, 1).unwrap_err();
+    }
+    let server = Server::at(at, 1, Options::default());
+    assert_eq!(read(&mut client, 0, 1).unwrap(), [0x8000_8001]);
+    let events = drained(&mut client);
+    assert_eq!(events.len(), 4);
+    assert_eq!(events[3], Link::Up { down_for: Duration::ZERO });
+    drop(server);
+}
+
+#[test]
+fn link_events_that_nobody_asks_for_are_bounded() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = listener.local_addr().unwrap();
+    drop(listener);
+    let mut client = Client::new(format!("modbus-tcp://{at}").parse().unwrap())
+        .unwrap()
+        .reconnecting(Reconnect::new(Duration::ZERO, 1, Duration::ZERO));
+    for _ in 0..100 {
+        read(&mut client, 0, 1).unwrap_err();
+    }
+    assert_eq!(drained(&mut client).len(), EVENTS_MAX);
 }

@@ -104,7 +104,11 @@ impl Wire {
 
     /// `false` if a wire that met this error must be dropped, lest a late answer be taken for the next.
     pub(super) const fn usable(after: &BusError) -> bool {
-        matches!(after, BusError::Refused { .. })
+        match after {
+            // A whole answer came, or there was nothing to ask.
+            BusError::Refused { .. } | BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. } => true,
+            BusError::NoConnection(_) | BusError::NoAnswer { .. } | BusError::Garbled { .. } => false,
+        }
     }
 
     /// Throws away what came without being asked for; an error if nothing can come any more.

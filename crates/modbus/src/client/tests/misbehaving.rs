@@ -1,0 +1,286 @@
+//! A gateway that answers, but not as it should. Every call gets the error that fits, and the next one its own answer.
+
+use super::*;
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use encoring_station::bus::Garbled;
+
+/// What a gateway does with a good answer, which is a whole frame.
+type Spoil = fn(&[u8]) -> Vec<u8>;
+
+#[derive(Clone, Copy)]
+enum Act {
+    Answer,
+    Spoiled(Spoil),
+    /// The same, and then it hangs up.
+    SpoiledAndGone(Spoil),
+    /// The answer comes when the next request has come, on whatever connection.
+    Late,
+}
+
+/// IN and OUT of every position are the number of the request, counted over all connections.
+struct Gateway {
+    address: String,
+    requests: Arc<AtomicU32>,
+}
+
+impl Gateway {
+    fn start(script: Vec<Act>) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = format!("modbus-tcp://{}?unit=9&timeout_ms=400", listener.local_addr().unwrap());
+        let requests = Arc::new(AtomicU32::new(0));
+        let counted = Arc::clone(&requests);
+        // It ends with the tests.
+        thread::spawn(move || serve_badly(&listener, script, &counted));
+        Self { address, requests }
+    }
+
+    fn client(&self) -> Client {
+        Client::new(self.address.parse().unwrap()).unwrap()
+    }
+
+    fn requests(&self) -> u32 {
+        self.requests.load(Ordering::SeqCst)
+    }
+}
+
+fn serve_badly(listener: &TcpListener, script: Vec<Act>, requests: &AtomicU32) {
+    let mut script = script.into_iter();
+    let mut late: Option<(TcpStream, Vec<u8>)> = None;
+    for stream in listener.incoming() {
+        let mut stream = stream.unwrap();
+        loop {
+            let mut header = [0; 7];
+            if stream.read_exact(&mut header).is_err() {
+                break;
+            }
+            let mut pdu = vec![0; usize::from(header[5]) - 1];
+            stream.read_exact(&mut pdu).unwrap();
+            let number = requests.fetch_add(1, Ordering::SeqCst) + 1;
+            if let Some((mut old, answer)) = late.take() {
+                // Nobody may be there any more.
+                let _ = old.write_all(&answer);
+            }
+            let mut answer = match pdu[0] {
+                16 => pdu[..5].to_vec(),
+                function => {
+                    let count = pdu[4];
+                    let word = number.to_be_bytes();
+                    let words = word.iter().copied().cycle().take(2 * usize::from(count));
+                    [function, 2 * count].into_iter().chain(words).collect()
+                }
+            };
+            answer.splice(0..0, header);
+            fix(&mut answer);
+            let (bytes, goes) = match script.next().unwrap_or(Act::Answer) {
+                Act::Answer => (answer, false),
+                Act::Spoiled(spoil) => (spoil(&answer), false),
+                Act::SpoiledAndGone(spoil) => (spoil(&answer), true),
+                Act::Late => {
+                    late = Some((stream.try_clone().unwrap(), answer));
+                    continue;
+                }
+            };
+            let _ = stream.write_all(&bytes);
+            if goes {
+                break;
+            }
+        }
+    }
+}
+
+/// The length field as the frame is.
+fn fix(frame: &mut [u8]) {
+    frame[5] = frame.len() as u8 - 6;
+}
+
+const fn garbled(got: Garbled) -> BusError {
+    BusError::Garbled { function: 4, register: 0, got }
+}
+
+const SILENCE: BusError = BusError::NoAnswer { within: Duration::from_millis(400) };
+const GONE: BusError = BusError::NoConnection(Cause::System(io::ErrorKind::ConnectionAborted));
+
+#[test]
+fn each_misbehaviour_gives_its_error_and_the_next_call_its_own_answer() {
+    let cases: [(&str, Act, Option<BusError>); 19] = [
+        ("late", Act::Late, Some(SILENCE)),
+        ("dropped", Act::Spoiled(|_| Vec::new()), Some(SILENCE)),
+        ("doubled", Act::Spoiled(|good| [good, good].concat()), None),
+        (
+            "short",
+            Act::Spoiled(|good| {
+                let mut short = good[..11].to_vec();
+                short[8] = 2;
+                fix(&mut short);
+                short
+            }),
+            Some(garbled(Garbled::Registers { got: 1, wanted: 2 })),
+        ),
+        (
+            "long",
+            Act::Spoiled(|good| {
+                let mut long = [good, &[0xAA, 0xBB]].concat();
+                long[8] = 6;
+                fix(&mut long);
+                long
+            }),
+            Some(garbled(Garbled::Registers { got: 3, wanted: 2 })),
+        ),
+        (
+            "empty",
+            Act::Spoiled(|good| {
+                let mut empty = good[..7].to_vec();
+                fix(&mut empty);
+                empty
+            }),
+            Some(garbled(Garbled::Foreign)),
+        ),
+        (
+            "fewer bytes than its count",
+            Act::Spoiled(|good| {
+                let mut short = good[..11].to_vec();
+                fix(&mut short);
+                short
+            }),
+            Some(garbled(Garbled::Foreign)),
+        ),
+        ("wrong function", Act::Spoiled(|good| with(good, 7, 3)), Some(garbled(Garbled::Foreign))),
+        ("wrong unit", Act::Spoiled(|good| with(good, 6, 8)), Some(garbled(Garbled::Foreign))),
+        ("wrong transaction", Act::Spoiled(|good| with(good, 1, 0x77)), Some(garbled(Garbled::Foreign))),
+        ("wrong protocol", Act::Spoiled(|good| with(good, 3, 1)), Some(garbled(Garbled::Foreign))),
+        ("length 0", Act::Spoiled(|good| with(good, 5, 0)), Some(garbled(Garbled::Foreign))),
+        (
+            "an exception",
+            Act::Spoiled(|good| exception(good, 0x84)),
+            Some(BusError::Refused { function: 4, register: 0, exception: 0x0B }),
+        ),
+        (
+            "another function's exception",
+            Act::Spoiled(|good| exception(good, 0x83)),
+            Some(garbled(Garbled::Foreign)),
+        ),
+        (
+            "garbage",
+            Act::Spoiled(|_| b"HTTP/1.1 400 Bad Request\r\n".to_vec()),
+            Some(garbled(Garbled::Unfinished { bytes: 26 })),
+        ),
+        (
+            "an answer that stops in the middle",
+            Act::Spoiled(|good| good[..10].to_vec()),
+            Some(garbled(Garbled::Unfinished { bytes: 10 })),
+        ),
+        ("hangs up in the middle", Act::SpoiledAndGone(|good| good[..10].to_vec()), Some(GONE)),
+        ("hangs up without an answer", Act::SpoiledAndGone(|_| Vec::new()), Some(GONE)),
+        ("answers and hangs up", Act::SpoiledAndGone(<[u8]>::to_vec), None),
+    ];
+    for (name, act, expected) in cases {
+        for before in 0..2 {
+            let mut script = vec![Act::Answer; before];
+            script.push(act);
+            let gateway = Gateway::start(script);
+            let mut client = gateway.client();
+            for _ in 0..before {
+                read(&mut client, 0, 1).unwrap();
+            }
+            match (read(&mut client, 0, 1), expected) {
+                (Ok(words), None) => assert_eq!(words, [gateway.requests()], "{name}"),
+                (result, expected) => assert_eq!(result.err(), expected, "{name}"),
+            }
+            for _ in 0..3 {
+                let words = read(&mut client, 0, 1).unwrap_or_else(|error| panic!("after {name}: {error}"));
+                assert_eq!(words, [gateway.requests()], "after {name}");
+            }
+        }
+    }
+}
+
+fn with(good: &[u8], index: usize, byte: u8) -> Vec<u8> {
+    let mut frame = good.to_vec();
+    frame[index] = byte;
+    frame
+}
+
+fn exception(good: &[u8], function: u8) -> Vec<u8> {
+    let mut frame = good[..7].to_vec();
+    frame.extend([function, 0x0B]);
+    fix(&mut frame);
+    frame
+}
+
+#[test]
+fn a_write_is_acknowledged_as_it_was_sent_or_it_is_an_error() {
+    let cases: [(&str, Spoil); 5] = [
+        ("another register", |good| with(good, 9, 4)),
+        ("another count", |good| with(good, 11, 1)),
+        ("another function", |good| with(good, 7, 6)),
+        ("too short", |good| {
+            let mut short = good[..10].to_vec();
+            fix(&mut short);
+            short
+        }),
+        ("too long", |good| {
+            let mut long = [good, &[0]].concat();
+            fix(&mut long);
+            long
+        }),
+    ];
+    for (name, spoil) in cases {
+        let gateway = Gateway::start(vec![Act::Spoiled(spoil)]);
+        let mut client = gateway.client();
+        let write = Some((3, OutWord(1)));
+        let error = client.cycle(write, 0, &mut [InWord(0)]).unwrap_err();
+        assert_eq!(error, BusError::Garbled { function: 16, register: 6, got: Garbled::Foreign }, "{name}");
+        let mut input = [InWord(0)];
+        client.cycle(write, 0, &mut input).unwrap();
+        assert_eq!(input, [InWord(gateway.requests())], "{name}");
+    }
+}
+
+#[test]
+fn late_answers_in_a_row_never_meet_a_later_request() {
+    let gateway = Gateway::start(vec![Act::Late, Act::Answer, Act::Late, Act::Late, Act::Answer, Act::Late]);
+    let mut client = gateway.client();
+    let results: Vec<_> = (0..8).map(|_| read(&mut client, 0, 1)).collect();
+    let expected: Vec<_> =
+        (1..=8).map(|n| if [1, 3, 4, 6].contains(&n) { Err(SILENCE) } else { Ok(vec![n]) }).collect();
+    assert_eq!(results, expected);
+}
+
+#[test]
+fn what_happened_to_the_link_is_told_once() {
+    let gateway = Gateway::start(vec![Act::Answer, Act::Late]);
+    let mut client = gateway.client();
+    for _ in 0..3 {
+        let _ = read(&mut client, 0, 1);
+    }
+    assert!(matches!(
+        drained(&mut client)[..],
+        [
+            Link::Up { down_for: Duration::ZERO },
+            Link::Down { up_for: Duration(1..), cause: SILENCE },
+            Link::Up { down_for: Duration(1..) },
+        ]
+    ));
+    assert_eq!(client.link_event(), None);
+}
+
+#[test]
+fn a_gateway_that_takes_connections_and_never_answers_is_not_hurried() {
+    let gateway = Gateway::start(vec![Act::SpoiledAndGone(|_| Vec::new()); 100]);
+    let hour = Duration::from_secs(3_600);
+    let mut client = gateway.client().reconnecting(Reconnect::new(hour, 1, hour));
+    assert_eq!(read(&mut client, 0, 1), Err(GONE));
+    let error = read(&mut client, 0, 1).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            BusError::NoConnection(Cause::Waiting { last: io::ErrorKind::ConnectionAborted, .. })
+        ),
+        "{error}"
+    );
+    assert_eq!(gateway.requests(), 1);
+}
