@@ -19,19 +19,10 @@ use crate::arguments;
 use crate::output::{Failure, bad_input, note};
 use crate::sim::{remember, span};
 
-/// What stands below the help of every command that works on a bus.
-pub(crate) const ADDRESSES: &str = "\
-Bus addresses:
-  sim                         the built-in ring, in this process
-  sim:ring.toml               a scenario; with --state DIR its encoders remember
-  modbus-tcp://HOST:502?unit=1&out=holding:0&in=input:0&order=high-first
-  modbus-rtu:/dev/ttyUSB0?baud=19200&parity=even&unit=1
-All options are in docs/bus.md.";
-
 /// Which ring.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct BusArguments {
-    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE...
+    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
     #[arg(long, value_name = "ADDRESS", global = true, required = false)]
     pub(crate) bus: Option<String>,
     /// Folder of the simulated encoders' memories; without it they are new every time.

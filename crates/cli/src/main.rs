@@ -4,11 +4,15 @@
 //! not.
 
 mod arguments;
+mod ask;
 mod bus;
 mod calc;
+mod check;
 mod completions;
 mod decode;
 mod output;
+mod preset;
+mod program;
 mod read;
 mod replay;
 mod sim;
@@ -34,6 +38,10 @@ enum Command {
     Sim(sim::Arguments),
     Calc(calc::Arguments),
     Read(read::Arguments),
+    Write(program::WriteArguments),
+    Program(program::Arguments),
+    Preset(preset::Arguments),
+    Check(check::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -44,6 +52,10 @@ fn main() -> ExitCode {
         Command::Sim(arguments) => sim::run(&arguments),
         Command::Calc(arguments) => calc::run(&arguments),
         Command::Read(arguments) => read::run(&arguments),
+        Command::Write(arguments) => program::write(&arguments),
+        Command::Program(arguments) => program::run(&arguments),
+        Command::Preset(arguments) => preset::run(&arguments),
+        Command::Check(arguments) => check::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     })
 }

@@ -123,7 +123,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             print(arguments.format, &view)?;
             Ok(Answer::Yes)
         }
-        Err(failed) => failed.into_result(),
+        Err(failed) => Err(failed.into_failure()),
     }
 }
 

@@ -254,12 +254,12 @@ impl FailureView {
     }
 
     /// How the command ends that met it and has not printed it.
-    pub(crate) fn into_result(self) -> Result<Answer, Failure> {
+    pub(crate) fn into_failure(self) -> Failure {
         let message = self.to_string();
         match self.ends {
-            Ends::BadInput => Err(Failure::BadInput(message)),
-            Ends::NoAnswer => Err(Failure::NoAnswer(message)),
-            Ends::Refused => Err(Failure::Refused(message)),
+            Ends::BadInput => Failure::BadInput(message),
+            Ends::NoAnswer => Failure::NoAnswer(message),
+            Ends::Refused => Failure::Refused(message),
         }
     }
 
