@@ -10,7 +10,6 @@ use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
 use encoring_station::bus::{Bus, BusError, Cycle, LinkEvent, Settling};
-use encoring_station::master::MasterError;
 use encoring_station::{Master, Simulated, Speed};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
@@ -18,6 +17,7 @@ use encoring_words::{Duration, InWord, Instant, Model, OutWord};
 use crate::arguments;
 use crate::output::{Failure, bad_input, note};
 use crate::sim::{remember, span};
+use crate::told::{Failed, FailureView};
 
 /// Which ring.
 #[derive(Args, Debug, Clone)]
@@ -230,19 +230,24 @@ impl Opened {
         matches!(self.bus, AnyBus::Simulated(_))
     }
 
-    /// The mark that Ctrl-C sets.
-    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
-    }
-
-    /// A master for an encoder.
-    pub(crate) fn master(
+    /// Lets a master work on an encoder; what it fails with becomes the command's failure.
+    pub(crate) fn serve<T>(
         &mut self,
-        position: usize,
+        target: Target,
         patience: Duration,
-    ) -> Result<Master<'_, AnyBus>, MasterError> {
-        let stop = self.stop();
-        Master::new(&mut self.bus, position, patience, stop)
+        work: impl FnOnce(&mut Master<'_, AnyBus>) -> Result<T, Failed>,
+    ) -> Result<T, Failure> {
+        let stop = Arc::clone(&self.stop);
+        let failure = |failed, behind| FailureView::new(failed, target.model, behind).into_failure();
+        let mut master = Master::new(&mut self.bus, target.position, patience, stop)
+            .map_err(|error| failure(Failed::Bus(error), None))?;
+        let worked = work(&mut master);
+        if master.may_have_left_the_service_bit() {
+            note(
+                "note: the service bit may still be set on the bus: the word that clears it could not be written",
+            );
+        }
+        worked.map_err(|failed| failure(failed, master.last_error()))
     }
 
     /// Tells what happened to the link, and keeps the memories of simulated encoders.

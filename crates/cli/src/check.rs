@@ -12,7 +12,7 @@ use serde::Serialize;
 use crate::ask::confirmed;
 use crate::bus::{Encoder, Target};
 use crate::output::{Answer, Failure, Format, print};
-use crate::told::{Failed, FailureView, Shown, StatusView, TargetView};
+use crate::told::{Failed, Shown, StatusView, TargetView};
 
 /// Run the data check: which error is pending, and is it over
 ///
@@ -77,20 +77,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             TargetView::new(target)
         ),
     )?;
-    let told = (|| -> Result<CheckView, FailureView> {
-        let bare = |error| FailureView::new(Failed::Bus(error), target.model, None);
-        let mut master = opened.master(target.position, arguments.encoder.patience).map_err(bare)?;
-        let checked = look_and_check(&mut master, target);
-        checked.map_err(|failed| FailureView::new(failed, target.model, master.last_error()))
-    })();
+    let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));
     opened.close()?;
-    match told {
-        Ok(view) => {
-            print(arguments.format, &view)?;
-            Ok(if view.check.is_good() { Answer::Yes } else { Answer::No })
-        }
-        Err(failed) => Err(failed.into_failure()),
-    }
+    let view = told?;
+    print(arguments.format, &view)?;
+    Ok(if view.check.is_good() { Answer::Yes } else { Answer::No })
 }
 
 fn look_and_check<S: Services<Error = MasterError>>(

@@ -12,12 +12,14 @@ mod completions;
 mod decode;
 mod output;
 mod preset;
+mod probe;
 mod program;
 mod read;
 mod replay;
 mod sim;
 mod told;
 mod word_view;
+mod write;
 
 use std::process::ExitCode;
 
@@ -31,31 +33,23 @@ struct Arguments {
     command: Command,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    Decode(decode::Arguments),
-    Replay(replay::Arguments),
-    Sim(sim::Arguments),
-    Calc(calc::Arguments),
-    Read(read::Arguments),
-    Write(program::WriteArguments),
-    Program(program::Arguments),
-    Preset(preset::Arguments),
-    Check(check::Arguments),
-    Completions(completions::Arguments),
+macro_rules! commands {
+    ($($name:ident $module:ident,)*) => {
+        #[derive(Subcommand)]
+        enum Command {
+            $($name($module::Arguments),)*
+        }
+
+        fn main() -> ExitCode {
+            output::finish(match Arguments::parse().command {
+                $(Command::$name(arguments) => $module::run(&arguments),)*
+            })
+        }
+    };
 }
 
-fn main() -> ExitCode {
-    output::finish(match Arguments::parse().command {
-        Command::Decode(arguments) => decode::run(&arguments),
-        Command::Replay(arguments) => replay::run(&arguments),
-        Command::Sim(arguments) => sim::run(&arguments),
-        Command::Calc(arguments) => calc::run(&arguments),
-        Command::Read(arguments) => read::run(&arguments),
-        Command::Write(arguments) => program::write(&arguments),
-        Command::Program(arguments) => program::run(&arguments),
-        Command::Preset(arguments) => preset::run(&arguments),
-        Command::Check(arguments) => check::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments),
-    })
+commands! {
+    Decode decode, Replay replay, Sim sim, Calc calc,
+    Read read, Write write, Program program, Preset preset, Check check, Probe probe,
+    Completions completions,
 }

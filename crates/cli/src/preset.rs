@@ -3,16 +3,17 @@
 use std::fmt;
 
 use clap::Args;
-use encoring_host::preset::Preset;
+use encoring_host::preset::{Preset, PresetReport};
 use encoring_host::service::Failure as ServiceFailure;
 use encoring_host::session::Fate;
+use encoring_station::master::MasterError;
 use serde::Serialize;
 
 use crate::arguments;
 use crate::ask::confirmed;
-use crate::bus::Encoder;
+use crate::bus::{Encoder, Opened, Target};
 use crate::output::{Answer, Failure, Format, bad_input, print};
-use crate::told::{Failed, FailureView, TargetView};
+use crate::told::{FailureView, TargetView};
 
 /// Make the position a value, here and now (preset adjustment, service 06)
 ///
@@ -70,71 +71,74 @@ impl fmt::Display for PresetView {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
     let (mut opened, target) = arguments.encoder.open()?;
-    let model = target.model;
-    let (value, patience) = (arguments.value, arguments.encoder.patience);
-    let told = (|| -> Result<Result<PresetView, FailureView>, Failure> {
-        let mut master = match opened.master(target.position, patience) {
-            Ok(master) => master,
-            Err(error) => return Ok(Err(FailureView::new(Failed::Bus(error), model, None))),
-        };
-        let preset = match Preset::prepare(&mut master, model, value) {
-            Ok(preset) => preset,
-            Err(failed) => return Ok(Err(FailureView::new(failed, model, master.last_error()))),
-        };
-        let Some(shown) = preset.before() else {
-            return Err(bad_input("the encoder shows no position"));
-        };
+    let told = arguments.adjust(&mut opened, target);
+    opened.close()?;
+    let view = told?;
+    print(arguments.format, &view)?;
+    Ok(view.failure.map_or(Answer::Yes, |failure| failure.answer()))
+}
+
+impl Arguments {
+    fn adjust(&self, opened: &mut Opened, target: Target) -> Result<PresetView, Failure> {
+        let patience = self.encoder.patience;
+        let preset =
+            opened.serve(target, patience, |master| Preset::prepare(master, target.model, self.value))?;
+        let shown = preset.before().ok_or_else(|| bad_input("the encoder shows no position"))?;
         let pending = if preset.error_pending() { " An error is pending: see `encoring check`." } else { "" };
         confirmed(
-            arguments.yes,
+            self.yes,
             &format!(
-                "{}: the position is {shown} now and shall be {value}. The old zero cannot be read back.{pending}",
-                TargetView::new(target)
+                "{}: the position is {shown} now and shall be {}. The old zero cannot be read back.{pending}",
+                TargetView::new(target),
+                self.value
             ),
         )?;
-        let report = preset.adjust(&mut master);
-        let mut text = Vec::new();
-        match report.result {
-            Ok(()) if report.after == Some(value) => text.push("done".to_owned()),
-            Ok(()) => text.push(format!(
-                "done: the encoder acknowledged it; the position is no longer {value}, so the shaft or magnet moves"
-            )),
-            Err(failed) => {
-                text.push("not repeated: a second preset adjustment could set another zero".to_owned());
-                let unknown = match failed {
-                    ServiceFailure::TimedOut { timed_out, .. } => timed_out.fate == Fate::Unknown,
-                    ServiceFailure::GivenUp { given_up, .. } => given_up.fate == Fate::Unknown,
-                    _ => false,
-                };
-                if unknown {
-                    text.push(match (report.before, report.after) {
-                        (Some(before), Some(after)) if after == value && before != value => {
-                            "the position is what was asked for, so it seems to be done".to_owned()
-                        }
-                        (Some(before), Some(after)) if after == before => {
-                            "the position has not changed, so it seems not to be done".to_owned()
-                        }
-                        _ => "compare the position with a mark on the machine".to_owned(),
-                    });
+        opened.serve(target, patience, |master| {
+            let report = preset.adjust(master);
+            let failure =
+                report.result.err().map(|failed| FailureView::new(failed, target.model, master.last_error()));
+            Ok(PresetView {
+                target: TargetView::new(target),
+                wanted: self.value,
+                before: report.before,
+                after: report.after,
+                done: report.result.is_ok(),
+                failure,
+                text: self.text(&report),
+            })
+        })
+    }
+
+    /// What the report comes to.
+    fn text(&self, report: &PresetReport<MasterError>) -> Vec<String> {
+        let Err(failed) = report.result else {
+            return vec![if report.after == Some(self.value) {
+                "done".to_owned()
+            } else {
+                format!(
+                    "done: the encoder acknowledged it; the position is no longer {}, so the shaft or magnet moves",
+                    self.value
+                )
+            }];
+        };
+        let mut text = vec!["not repeated: a second preset adjustment could set another zero".to_owned()];
+        let fate = match failed {
+            ServiceFailure::TimedOut { timed_out, .. } => timed_out.fate,
+            ServiceFailure::GivenUp { given_up, .. } => given_up.fate,
+            _ => Fate::NotSent,
+        };
+        if fate == Fate::Unknown {
+            let seems = match (report.before, report.after) {
+                (Some(before), Some(after)) if after == self.value && before != after => {
+                    "the position is what was asked for, so it seems to be done"
                 }
-            }
+                (Some(before), Some(after)) if after == before => {
+                    "the position has not changed, so it seems not to be done"
+                }
+                _ => "compare the position with a mark on the machine",
+            };
+            text.push(seems.to_owned());
         }
-        Ok(Ok(PresetView {
-            target: TargetView::new(target),
-            wanted: value,
-            before: report.before,
-            after: report.after,
-            done: report.result.is_ok(),
-            failure: report.result.err().map(|failed| FailureView::new(failed, model, master.last_error())),
-            text,
-        }))
-    })();
-    opened.close()?;
-    match told? {
-        Ok(view) => {
-            print(arguments.format, &view)?;
-            Ok(view.failure.map_or(Answer::Yes, |failure| failure.answer()))
-        }
-        Err(failed) => Err(failed.into_failure()),
+        text
     }
 }

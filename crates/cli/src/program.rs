@@ -1,4 +1,4 @@
-//! `encoring program` and `encoring write`: values that shall count, all of them or none.
+//! `encoring program`: values that shall count, all of them or none.
 
 mod view;
 
@@ -11,12 +11,11 @@ use encoring_station::master::MasterError;
 use encoring_words::{InWord, Parameter};
 use encoring_workshop::ParameterFile;
 
-use crate::arguments;
 use crate::ask::confirmed;
 use crate::bus::{Encoder, Opened, Target};
 use crate::calc::{self, Range};
-use crate::output::{Answer, Failure, Format, bad_input, note, print};
-use crate::told::{Failed, FailureView};
+use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::told::TargetView;
 use view::ProgramView;
 
 /// Program an encoder: write, check, read back, compare
@@ -46,33 +45,11 @@ pub(crate) struct Arguments {
     how: How,
 }
 
-/// Write one parameter: write, check, read back, compare
-///
-/// The same as `program` with one value.
+/// What `program` and `write` have in common.
 #[derive(Args, Debug)]
-#[command(after_help = "\
-Exit codes: 0 done and verified; 1 refused, not confirmed, or another master is at
-work; 2 bad input or usage; 3 no answer.
-
-Examples:
-  encoring write measuring-length 9999 --bus sim --at 0
-  encoring write 0D 0x000119 --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m")]
-pub(crate) struct WriteArguments {
-    /// A parameter by name, or the number of its service
-    #[arg(value_parser = arguments::parameter)]
-    parameter: Parameter,
-    /// Decimal, or hexadecimal as 0x270F or 270Fh
-    #[arg(value_parser = arguments::value)]
-    value: u32,
+pub(crate) struct How {
     #[command(flatten)]
-    how: How,
-}
-
-/// What both have in common.
-#[derive(Args, Debug)]
-struct How {
-    #[command(flatten)]
-    encoder: Encoder,
+    pub(crate) encoder: Encoder,
     /// Do not ask
     #[arg(long, global = true)]
     yes: bool,
@@ -122,13 +99,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     })
 }
 
-pub(crate) fn write(arguments: &WriteArguments) -> Result<Answer, Failure> {
-    arguments.how.encoder.ring.writing("write")?;
-    arguments.how.run(|_| Ok(vec![(arguments.parameter, arguments.value)]))
-}
-
 impl How {
-    fn run(
+    /// Programs what `values` finds for the encoder.
+    pub(crate) fn run(
         &self,
         values: impl FnOnce(Target) -> Result<Vec<(Parameter, u32)>, Failure>,
     ) -> Result<Answer, Failure> {
@@ -145,33 +118,21 @@ impl How {
     }
 
     fn program(&self, opened: &mut Opened, target: Target, program: Program) -> Result<ProgramView, Failure> {
-        let simulated = opened.is_simulated();
-        let address = opened.address.clone();
-        let mut master = match opened.master(target.position, self.encoder.patience) {
-            Ok(master) => master,
-            Err(error) => {
-                let failure = FailureView::new(Failed::Bus(error), target.model, None);
-                return Err(failure.into_failure());
-            }
-        };
-        let prepared = program.prepare(&mut master);
-        let mut backup = None;
+        let (simulated, address) = (opened.is_simulated(), opened.address.clone());
+        let patience = self.encoder.patience;
+        let prepared = opened.serve(target, patience, |master| Ok(program.prepare(master)))?;
         if self.dry_run {
             return Ok(ProgramView::planned(target, &prepared));
         }
-        if prepared.stopped().is_none() {
-            if prepared.changes() {
-                confirmed(self.yes, &question(target, &prepared))?;
-                backup = self.keep(simulated, &address, target, &prepared)?;
-            }
+        let mut backup = None;
+        if prepared.stopped().is_none() && prepared.changes() {
+            confirmed(self.yes, &question(target, &prepared))?;
+            backup = self.keep(simulated, &address, target, &prepared)?;
         }
-        let report = prepared.run(&mut master);
-        if master.may_have_left_the_service_bit() {
-            note(
-                "note: the service bit may still be set on the bus: the word that clears it could not be written",
-            );
-        }
-        Ok(ProgramView::done(target, &report, master.last_error(), backup))
+        opened.serve(target, patience, |master| {
+            let report = prepared.run(master);
+            Ok(ProgramView::done(target, &report, master.last_error(), backup))
+        })
     }
 
     /// Writes the old values into a file before they are changed.
@@ -214,7 +175,7 @@ impl How {
 }
 
 fn question(target: Target, prepared: &Prepared<MasterError>) -> String {
-    let mut text = format!("{}:", crate::told::TargetView::new(target));
+    let mut text = format!("{}:", TargetView::new(target));
     for row in prepared.rows().filter(|row| row.changes()) {
         if let (Some(before), Some(wanted)) = (row.before, row.wanted) {
             text += &format!("\n  {} {before} -> {wanted}", row.parameter.key());

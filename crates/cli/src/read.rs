@@ -6,6 +6,7 @@ use clap::Args;
 use encoring_host::Services;
 use encoring_host::preset::code;
 use encoring_host::service::{Value, read};
+use encoring_station::master::MasterError;
 use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;
@@ -13,7 +14,7 @@ use serde::Serialize;
 use crate::arguments::{Parameters, parameters};
 use crate::bus::{Encoder, Target};
 use crate::output::{Answer, Failure, Format, print};
-use crate::told::{Failed, FailureView, Shown, TargetView, meaning};
+use crate::told::{Failed, Shown, TargetView, meaning};
 
 /// Read what is programmed in an encoder
 ///
@@ -111,23 +112,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Parameters::All => parameters_of(target.model).collect(),
         Parameters::One(parameter) => vec![parameter],
     };
-    let told = (|| -> Result<ReadView, FailureView> {
-        let bare = |error| FailureView::new(Failed::Bus(error), target.model, None);
-        let mut master = opened.master(target.position, arguments.encoder.patience).map_err(bare)?;
-        let read = look(&mut master, target, &wanted);
-        read.map_err(|failed| FailureView::new(failed, target.model, master.last_error()))
-    })();
+    let told = opened.serve(target, arguments.encoder.patience, |master| look(master, target, &wanted));
     opened.close()?;
-    match told {
-        Ok(view) => {
-            print(arguments.format, &view)?;
-            Ok(Answer::Yes)
-        }
-        Err(failed) => Err(failed.into_failure()),
-    }
+    print(arguments.format, &told?)?;
+    Ok(Answer::Yes)
 }
 
-fn look<S: Services<Error = encoring_station::master::MasterError>>(
+fn look<S: Services<Error = MasterError>>(
     services: &mut S,
     target: Target,
     wanted: &[Parameter],
