@@ -15,7 +15,8 @@ The first line on stdout is the address that reaches the ring through it:
     bus modbus-tcp://127.0.0.1:40123?order=low-first
     bus modbus-rtu:/tmp/bridge-x/line?baud=19200&parity=none
 
-With --start, the second is where the simulator itself listens: `sim 127.0.0.1:PORT`. More lines of the simulator's are
+With --start, the second is where the simulator itself listens: `sim 127.0.0.1:PORT`, and if it was told to have a
+control port, the third `control 127.0.0.1:PORT`. More lines of the simulator's are
 passed on behind `sim: `. It ends with 0 on SIGTERM and SIGINT, and with 1 if the simulator goes away.
 
 Like a controller it moves words in scans (--scan-ms): OUT registers that were written go to the ring with the next scan,
@@ -288,7 +289,8 @@ async def main(options):
         if options.start:
             command = [options.start, "sim", "--modbus", "127.0.0.1:0", "--format", "json", *options.rest]
             sim = await stack.enter_async_context(process(*command, stdout=asyncio.subprocess.PIPE))
-            options.sim = json.loads(await sim.stdout.readline())["modbus"]
+            listening = json.loads(await sim.stdout.readline())
+            options.sim = listening["modbus"]
             stack.callback(asyncio.create_task(pass_on(sim.stdout)).cancel)
         host, port = options.sim.rsplit(":", 1)
         client = AsyncModbusTcpClient(host, port=int(port))
@@ -317,6 +319,8 @@ async def main(options):
         print("bus", bus_address(way, options), flush=True)
         if options.start:
             print("sim", options.sim, flush=True)
+            if "control" in listening:
+                print("control", listening["control"], flush=True)
         while not ended.is_set():
             try:
                 await ring.scan()
