@@ -228,6 +228,20 @@ fn a_magnet_has_the_speed_that_the_user_gives_it() {
 }
 
 #[test]
+fn steps_finer_than_a_micrometre_come_a_micrometre_at_a_time() {
+    // 20 steps a micrometre. 1 mm/s is 40 steps in 2 ms, and 21 more for the places in one micrometre and one step.
+    for (steps, valid) in [(61, true), (62, false)] {
+        let limits = Limits { speed_mm_s: NonZeroU32::new(1), ..sheet(Model::La66) };
+        let length = [(Parameter::MeasuringLength, 10_000_000)];
+        let mut bench = Bench::new(Model::La66, Sensor::Linear { rod_um: 500_000 }, &length, limits);
+        for _ in 0..4 {
+            bench.poll(1_000, 1_000_000);
+        }
+        assert_eq!(bench.poll(1_000, 1_000_000 + steps).valid().is_some(), valid, "{steps}");
+    }
+}
+
+#[test]
 fn a_magnet_that_was_gone_is_held_until_the_next_sample_and_may_then_be_elsewhere() {
     let mut bench = rod(Some(1_000));
     for _ in 0..1_000 {
