@@ -35,7 +35,7 @@ exception 02.
 
 Misbehaviour, by the number of the answer, so that a run can be repeated (0, the default, is never):
 
-    --delay-every N --delay-ms MS   answers come late
+    --delay-every N --delay-ms MS   answers come late; on a serial line those after it wait, as a unit answers in order
     --drop-every N                  do not come
     --double-every N                come twice
     --short-every N                 are a register short
@@ -47,12 +47,13 @@ import argparse
 import asyncio
 import contextlib
 import json
+import logging
 import os
 import signal
 import sys
 import tempfile
 
-from pymodbus import FramerType
+from pymodbus import FramerType, pymodbus_apply_logging_config
 from pymodbus.client import AsyncModbusTcpClient
 from pymodbus.constants import ExcCodes
 from pymodbus.pdu import ExceptionResponse
@@ -195,8 +196,12 @@ class Handler(ServerRequestHandler):
             return
         if due(options.double_every):
             packet += packet
-        if due(options.delay_every):
-            self.loop.call_later(options.delay_ms / 1000, self.send_if_there, packet)
+        now = self.loop.time()
+        at = now + options.delay_ms / 1000 if due(options.delay_every) else now
+        if server.context.serial:
+            at = server.free_at = max(at, server.free_at + 1e-6)
+        if at > now:
+            self.loop.call_at(at, self.send_if_there, packet)
         else:
             self.send(packet)
 
@@ -209,7 +214,7 @@ class Misbehaving:
     """What both servers have besides pymodbus's."""
 
     def prepare(self, context, options):
-        self.context, self.options, self.answers = context, options, 0
+        self.context, self.options, self.answers, self.free_at = context, options, 0, 0.0
         return self
 
     def callback_new_connection(self):
@@ -282,6 +287,8 @@ async def pass_on(stream):
 
 
 async def main(options):
+    # It tells of every connection that a client drops, and of what went before.
+    pymodbus_apply_logging_config(logging.CRITICAL)
     ended = asyncio.Event()
     for number in (signal.SIGTERM, signal.SIGINT):
         asyncio.get_running_loop().add_signal_handler(number, ended.set)

@@ -1,5 +1,8 @@
 //! Looks at a ring behind a Modbus gateway: `bus ADDRESS` prints OUT and IN of the encoders from position 0 on,
 //! `bus ADDRESS probe` looks for them, `bus ADDRESS write POSITION WORD` writes an OUT word (in hex).
+//!
+//! `bus ADDRESS try TIMES` writes another OUT word to position 0 each time, without a service bit, and reads it back.
+//! It prints how often that worked and how often it was an error, and fails if ever another word came back.
 
 use std::ops::ControlFlow;
 
@@ -27,20 +30,38 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let word = OutWord(u32::from_str_radix(word, 16)?);
             client.cycle(Some((position.parse()?, word)), 0, &mut [])?;
         }
+        ["try", times] => {
+            let (mut answered, mut errors) = (0, 0);
+            // What may stand there: the last word that was acknowledged, and those sent since.
+            let mut sent = vec![client.out(0)?];
+            for number in 1..=times.parse()? {
+                sent.push(OutWord(number));
+                match client.cycle(Some((0, OutWord(number))), 0, &mut []) {
+                    Ok(_) => sent = vec![OutWord(number)],
+                    Err(_) => errors += 1,
+                }
+                match client.out(0) {
+                    Ok(word) if sent.contains(&word) => answered += 1,
+                    Ok(word) => return Err(format!("{:08X} instead of one of {sent:08X?}", word.0).into()),
+                    Err(_) => errors += 1,
+                }
+            }
+            println!("{answered} answered, {errors} errors");
+        }
         [] => {
             for position in 0.. {
                 let mut input = [InWord(0)];
-                match client.cycle(None, position, &mut input) {
-                    Ok(_) => {
-                        println!("{position}: OUT {:08X} IN {:08X}", client.out(position)?.0, input[0].0)
-                    }
+                let result = client.cycle(None, position, &mut input);
+                let [word] = input;
+                match result {
+                    Ok(_) => println!("{position}: OUT {:08X} IN {:08X}", client.out(position)?.0, word.0),
                     Err(BusError::Refused { exception: 2, .. } | BusError::NoEncoder { .. }) => break,
                     Err(error @ BusError::NotAnEncoder { .. }) => println!("{position}: {error}"),
                     Err(error) => return Err(error.into()),
                 }
             }
         }
-        _ => return Err("ADDRESS [probe | write POSITION WORD]".into()),
+        _ => return Err("ADDRESS [probe | write POSITION WORD | try TIMES]".into()),
     }
     Ok(())
 }

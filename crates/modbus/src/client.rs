@@ -281,7 +281,8 @@ impl Core {
             let Layout::Inline { data: Place { table, .. } } = self.address.layout else {
                 return Err(BusError::NoEncoder { position: 0, encoders: 0 });
             };
-            let count = self.read(Place { table, first: MODULES }, 1, deadline).await?;
+            // The first module with it: a single register is asked for by the marker of a serial line alone.
+            let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
             let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
             let described = Place { table, first: MODULES + 1 };
             let registers = self.read(described, count.into(), deadline).await?;

@@ -466,7 +466,7 @@ fn evidence(hypothesis: &Hypothesis) -> Vec<Evidence> {
 }
 
 /// Holding registers that may be the OUT words of these IN words: from the same address on in the other table, or
-/// from 0 on, and as many.
+/// from 0 on, and as many; or else the only block of just that length.
 fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
     let length = words * REGISTERS_PER_ENCODER;
     let fits = |first: u16| {
@@ -480,7 +480,14 @@ fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
                     && usize::from(first) + length <= block.end()
             })
     };
-    [input.first, 0].into_iter().find(|first| fits(*first))
+    let mut blocks_alike = blocks.iter().filter(|block| {
+        block.place.table == Table::Holding && block.place != input && usize::from(block.count) == length
+    });
+    let only = match (blocks_alike.next(), blocks_alike.next()) {
+        (Some(block), None) => Some(block.place.first),
+        _ => None,
+    };
+    [input.first, 0].into_iter().find(|first| fits(*first)).or(only)
 }
 
 /// An Inline coupler: the directory says where, only the order is open.
