@@ -91,7 +91,8 @@ fn look_and_check<S: Services<Error = MasterError>>(
     let before = services.look().map_err(Failed::Bus)?;
     let check = check(services)?;
     let after = services.look().map_err(Failed::Bus)?;
-    let code = code(services, target.model)?;
+    // What the check said must not be lost to a read that fails.
+    let code = code(services, target.model).ok();
     Ok(CheckView {
         target: TargetView::new(target),
         status: StatusView::of(check, target.model),

@@ -8,8 +8,8 @@ use encoring_words::{Duration, InWord, OutWord};
 
 use crate::bus::{Bus, BusError};
 
-/// How often a gateway is polled in its settling time.
-const POLLS_A_SETTLING: u64 = 10;
+/// The longest pause between two looks for a reply.
+const REPLY_POLL: Duration = Duration::from_millis(1);
 
 /// Why a service was not even begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -182,10 +182,15 @@ impl<'a, B: Bus> Master<'a, B> {
         self.written.is_none() && self.tried.iter().any(|out| out.service_bit())
     }
 
-    /// Leaves a gateway in peace for a moment: it has nothing new in every instant.
+    /// Leaves a gateway in peace for a moment: it has nothing new in every instant. A word that only has to stand is
+    /// looked at a few times, a reply is waited for more closely.
     fn rest(&mut self, failed: bool) {
         let settle = self.timing.settle.as_nanos();
-        let pause = if failed { settle / 2 } else { settle / POLLS_A_SETTLING };
+        let pause = match self.session.phase() {
+            _ if failed => settle / 2,
+            "preparing" => settle / 4,
+            _ => (settle / 10).min(REPLY_POLL.as_nanos()),
+        };
         if pause > 0 {
             self.bus.wait(Duration::from_nanos(pause));
         }

@@ -58,12 +58,12 @@ impl RowView {
 }
 
 /// The code in which a word shows the position, as far as the rows know.
-fn code(rows: &[&Row], pick: impl Fn(&Row) -> Option<u32>, model: Model) -> Code {
-    let direction = rows.iter().find(|row| row.parameter == Parameter::CountingDirection);
-    match direction.and_then(|row| pick(row)) {
-        Some(value) if model == Model::Ce65M => CountingDirection::from_data(value).code,
-        _ => Code::Binary,
+fn code(rows: &[&Row], pick: impl Fn(&Row) -> Option<u32>, model: Model) -> Option<Code> {
+    if model != Model::Ce65M {
+        return Some(Code::Binary);
     }
+    let direction = rows.iter().find(|row| row.parameter == Parameter::CountingDirection);
+    direction.and_then(|row| pick(row)).map(|value| CountingDirection::from_data(value).code)
 }
 
 impl ProgramView {
@@ -168,7 +168,7 @@ impl ProgramView {
     }
 }
 
-fn shown(word: Option<InWord>, code: Code) -> Option<Shown> {
+fn shown(word: Option<InWord>, code: Option<Code>) -> Option<Shown> {
     word.map(|word| Shown::new(word, code))
 }
 
