@@ -36,7 +36,7 @@ impl Unit {
                 unit(master, script.into(), tell).await;
             });
         });
-        let address = format!("modbus-rtu:{}?baud=115200&unit=9&timeout_ms=300", named.recv().unwrap());
+        let address = format!("modbus-rtu:{}?baud=115200&unit=9&timeout_ms=600", named.recv().unwrap());
         Self { address, told }
     }
 
@@ -92,7 +92,7 @@ fn with_crc(frame: &[u8]) -> Vec<u8> {
     [frame, &crc.to_le_bytes()].concat()
 }
 
-const SILENCE: BusError = BusError::NoAnswer { within: Duration::from_millis(300) };
+const SILENCE: BusError = BusError::NoAnswer { within: Duration::from_millis(600) };
 
 #[test]
 fn words_come_and_go_over_a_serial_line() {
