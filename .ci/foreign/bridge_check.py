@@ -38,7 +38,9 @@ def bridge(encoring, *options):
 
 
 def run(*command):
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True)
+    assert done.returncode == 0, f"{command}: {done.returncode}"
+    return done.stdout
 
 
 def words(text):

@@ -35,7 +35,8 @@ const EVENTS_MAX: usize = 64;
 /// A ring behind a Modbus gateway.
 ///
 /// Every call ends within the address's time-out, whatever it has to do: wait for the next attempt to connect (for at
-/// most half of that time), connect, and all its requests.
+/// most half of that time), connect, and all its requests. Calls block their thread, so none may be made from within
+/// an asynchronous task: tokio panics there.
 pub struct Client {
     /// `None` only while it is dropped.
     runtime: Option<Runtime>,

@@ -181,8 +181,8 @@ pub struct ProbeError {
 /// `progress` is called before each request and can end the search, which then reports what it has.
 ///
 /// # Errors
-/// [`ProbeError`] if the gateway cannot be reached, does not answer in time or answers what is no answer. Registers
-/// that do not exist are no error, and neither is a function that the gateway does not know.
+/// [`ProbeError`] if the gateway cannot be reached, or twice in a row does not answer in time or answers what is no
+/// answer. Registers that do not exist are no error, and neither is a function that the gateway does not know.
 pub fn probe(
     client: &mut Client,
     limits: Limits,
@@ -390,7 +390,13 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             return Err(Halt::End(End::Stopped));
         }
         self.requests += 1;
-        Ok(self.source.registers(place, count))
+        let answer = self.source.registers(place, count);
+        if matches!(answer, Err(BusError::NoAnswer { .. } | BusError::Garbled { .. })) {
+            // Lines lose an answer now and then; one that is lost twice is not there.
+            self.requests += 1;
+            return Ok(self.source.registers(place, count));
+        }
+        Ok(answer)
     }
 }
 
