@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use encoring_modbus::probe::{Certainty, End, Limits, Report, Stage, probe};
+use encoring_modbus::probe::{End, Limits, Report, Stage, probe};
 use encoring_modbus::{Address, Client};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -116,11 +116,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     bar.finish_and_clear();
     let report = report.map_err(|error| Failure::NoAnswer(error.to_string()))?;
     print(arguments.format, &ProbeView::new(&report))?;
-    let mut sure = report.candidates.iter().map(|candidate| candidate.certainty);
-    let best = sure.next().filter(|certainty| *certainty > Certainty::Possible);
-    let alone = best.is_some() && sure.next() != best;
     if report.end == End::Stopped && report.candidates.is_empty() {
         return Err(Failure::NoAnswer("interrupted".to_owned()));
     }
-    Ok(if alone { Answer::Yes } else { Answer::No })
+    Ok(if report.stands_out().is_some() { Answer::Yes } else { Answer::No })
 }

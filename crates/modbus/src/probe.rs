@@ -539,18 +539,28 @@ fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Bloc
 }
 
 impl Report {
+    /// The one candidate that is more than possible and as sure as no other. Where the same words stand again does not
+    /// count as another.
+    #[must_use]
+    pub fn stands_out(&self) -> Option<&Candidate> {
+        let (best, others) = self.candidates.split_first()?;
+        let rival = |other: &Candidate| {
+            let mirror = other.evidence.iter().any(|evidence| matches!(evidence, Evidence::SameAs(_)));
+            other.certainty == best.certainty && !mirror
+        };
+        (best.certainty > Certainty::Possible && !others.iter().any(rival)).then_some(best)
+    }
+
     /// What there is to say about it in one sentence.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
-        let best = self.candidates.first().map(|candidate| candidate.certainty);
-        let sure = |candidate: &&Candidate| Some(candidate.certainty) == best;
-        match best {
+        match self.candidates.first().map(|candidate| candidate.certainty) {
             None if self.blocks.is_empty() => "no registers were found",
             None => "there are registers, but nothing in them can be told for words of encoders",
             Some(Certainty::Possible) => {
                 "nothing moved as a position does; turn a shaft and probe again to tell these apart"
             }
-            Some(_) if self.candidates.iter().filter(sure).count() == 1 => "one place stands out",
+            Some(_) if self.stands_out().is_some() => "one place stands out",
             Some(_) => "several places fit equally well",
         }
     }
