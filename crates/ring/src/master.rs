@@ -201,8 +201,8 @@ struct Receiver {
     crc: Crc,
     check_word: u16,
     end_word: u16,
-    /// The line moved, or was not looked at yet.
-    opened: bool,
+    /// How many frames began; after one that was lost another may seem to.
+    opened: u8,
     /// The line stood still while the first telegram should have come.
     still: bool,
     pieces: usize,
@@ -214,7 +214,7 @@ impl Receiver {
         self.crc = Crc::NEW;
         self.check_word = 0;
         self.end_word = 0;
-        self.opened = false;
+        self.opened = 0;
         self.still = false;
         self.pieces = 0;
     }
@@ -228,7 +228,7 @@ impl Receiver {
         if line.count == TELEGRAM_BITS as u32
             && let Some((part, opens)) = self.decoder.telegram(line.bits as u16)
         {
-            self.opened |= opens;
+            self.opened = self.opened.saturating_add(u8::from(opens));
             self.end(part, byte_of(line.bits as u16));
             return;
         }
@@ -241,7 +241,7 @@ impl Receiver {
         }
         for k in (0..line.count).rev() {
             match self.decoder.clock(line.bits >> k & 1 != 0) {
-                Step::Opens(_) => self.opened = true,
+                Step::Opens(_) => self.opened = self.opened.saturating_add(1),
                 Step::Ends(part, byte) => self.end(part, byte),
                 _ => {}
             }
@@ -269,14 +269,16 @@ impl Receiver {
         }
         let segment_bad = self.decoder.is_bad() || self.crc.word() != self.check_word;
         match EndWord::decode(self.end_word) {
-            _ if !self.opened || self.decoder.cycle() != cycle => Home::Bad(None),
-            // Whatever came of it: an end word with a place in it tells the first bad segment.
+            _ if self.opened != 1 || self.decoder.cycle() != cycle => Home::Bad(None),
+            // A frame of another length was lost on the way and found again in the wrong place, or its check phase
+            // was; what such a one tells is not looked at.
+            _ if self.count != length => Home::Bad(None),
             EndWord::Bad { position } if usize::from(position) < last => {
                 Home::Bad(Some(usize::from(position)))
             }
             _ if !self.decoder.is_whole() => Home::Bad(None),
             EndWord::Good if segment_bad => Home::Bad(Some(last)),
-            EndWord::Good if self.count == length => Home::Good,
+            EndWord::Good => Home::Good,
             _ => Home::Bad(None),
         }
     }
@@ -320,7 +322,7 @@ impl Master {
                 crc: Crc::NEW,
                 check_word: 0,
                 end_word: 0,
-                opened: false,
+                opened: 0,
                 still: false,
                 pieces: 0,
             },

@@ -67,8 +67,9 @@ pub const DEVICE_DELAY_BITS: u32 = 2;
 /// Sound status telegrams in a row that must come before a frame [A5].
 pub const STATUS_BEFORE_FRAME: u8 = 2;
 
-/// Telegrams in a row with a wrong header or stop bit after which a frame's place on the line is lost [A5].
-pub const FRAME_LOST_AFTER: u8 = 2;
+/// Telegrams in a row with a wrong header or stop bit after which a frame's place on the line is lost: one more than a
+/// burst of 16 bits can hit [A5].
+pub const FRAME_LOST_AFTER: u8 = 4;
 
 /// The loopback word [A6].
 pub const LOOPBACK: u16 = 0xE3A5;
