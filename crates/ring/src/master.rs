@@ -11,8 +11,8 @@ use crate::diagnostics::{Counts, PERIPHERAL_FAULT, Place, SEARCHING, status};
 use crate::frame::{Control, EndWord, Outgoing};
 use crate::ident::Ident;
 use crate::profile::{
-    CHECK_TELEGRAMS, DATA_BYTES_MAX, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC, MESSAGE_MODULE, SILENCE,
-    STOP_AFTER, TELEGRAM_BITS,
+    CHECK_TELEGRAMS, DATA_BYTES_MAX, DEVICE_DELAY_BITS, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC,
+    MESSAGE_MODULE, SILENCE, STILL_TELEGRAMS, STOP_AFTER, TELEGRAM_BITS,
 };
 use crate::telegram::{Bits, Cycle, Decoder, Part, Step, byte_of, data_telegram};
 
@@ -203,7 +203,7 @@ struct Receiver {
     end_word: u16,
     /// How many frames began; after one that was lost another may seem to.
     opened: u8,
-    /// The line stood still while the first telegram should have come.
+    /// The line stood still while the first telegrams should have come.
     still: bool,
     pieces: usize,
 }
@@ -220,9 +220,9 @@ impl Receiver {
     }
 
     fn receive(&mut self, line: Bits) {
-        if self.pieces == 0 {
+        if self.pieces < STILL_TELEGRAMS {
             let all = u64::MAX >> (64 - line.count.clamp(1, 64));
-            self.still = line.bits == 0 || line.bits == all;
+            self.still = (self.pieces == 0 || self.still) && (line.bits == 0 || line.bits == all);
         }
         self.pieces += 1;
         if line.count == TELEGRAM_BITS as u32
@@ -551,7 +551,9 @@ impl Master {
             crc.push(*byte);
             return Some(Bits::telegram(data_telegram(*cycle, Part::Data, *byte)));
         }
-        if self.receiver.still {
+        // What has come home by now lags behind by the delay of the devices.
+        let needs = STILL_TELEGRAMS * TELEGRAM_BITS as usize + DEVICE_DELAY_BITS as usize * self.devices;
+        if self.receiver.still && *length * TELEGRAM_BITS as usize >= needs {
             return None;
         }
         let (part, byte) = match at - *length {
@@ -642,9 +644,6 @@ impl Master {
 
     fn end_identify(&mut self) {
         let home = self.receiver.judge(Cycle::Id, self.sender.length, self.devices);
-        if self.job == Job::Locate {
-            self.job = Job::Data;
-        }
         let intact = home == Home::Good && self.receiver.word(self.devices) == Some(LOOPBACK);
         if !intact {
             self.faulty = self.faulty.saturating_add(1);
@@ -662,7 +661,8 @@ impl Master {
                 first = Some(position);
             }
         }
-        if self.job == Job::Data {
+        if self.job == Job::Locate {
+            self.job = Job::Data;
             // If no device saw it, it was on the way home.
             let segment = first.unwrap_or(self.devices);
             self.counts.located(segment);

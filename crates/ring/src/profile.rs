@@ -114,6 +114,10 @@ pub const MESSAGE_MODULE: u16 = 1 << 13;
 /// Faulty cycles in a row that stop the bus [A12].
 pub const STOP_AFTER: u8 = 5;
 
+/// Telegrams for which the line home must stand still before the master takes the ring for open and sends no check
+/// phase: more than a burst of 16 bits can feign [A15].
+pub const STILL_TELEGRAMS: usize = 2;
+
 /// How long the master keeps silent to reset the ring: longer than [`RESET_AFTER`] [A13].
 pub const SILENCE: Duration = Duration::from_millis(26);
 

@@ -7,7 +7,7 @@
 use encoring_words::Duration;
 
 use crate::crc::Crc;
-use crate::frame::{Control, Outgoing, bad};
+use crate::frame::{Control, EndWord, Outgoing, bad};
 use crate::ident::Ident;
 use crate::profile::{
     BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, IDLE, MESSAGE_CRC,
@@ -256,12 +256,16 @@ impl Slave {
             }
             Step::Ends(part, byte) => {
                 self.pass(part, byte);
-                // Nothing can be sent after an end word, so its stop bit goes on as it came.
-                let last = part == Part::EndLow;
-                if if last { !rx } else { !self.decoder.is_framed() } {
+                if part != Part::EndLow {
+                    if !self.decoder.is_framed() {
+                        self.note_bad();
+                    }
+                    return (true, Strobe::None);
+                }
+                if !rx {
                     self.note_bad();
                 }
-                (rx || !last, Strobe::None)
+                (self.ends_with_stop(rx), Strobe::None)
             }
         }
     }
@@ -275,7 +279,17 @@ impl Slave {
         let byte = byte_of(telegram);
         self.frame.sending = self.sends(part, byte & 0x80 != 0);
         let sent = self.pass(part, byte);
-        telegram & !(0xFF << 1) | u16::from(sent) << 1
+        let stop = part != Part::EndLow || self.ends_with_stop(true);
+        telegram & !(0xFF << 1 | 1) | u16::from(sent) << 1 | u16::from(stop)
+    }
+
+    /// The stop bit of an end word. Nothing can be sent after it, so it goes on as it came, and not as a stop bit at all
+    /// if the end word turned out to be none.
+    fn ends_with_stop(&self, rx: bool) -> bool {
+        match self.frame.sending {
+            Sending::Byte(byte) => byte != END_LATE,
+            Sending::Copy => rx && EndWord::decode(self.frame.end_word) != EndWord::Unknown,
+        }
     }
 
     /// A frame begins: what the device shows is loaded.
@@ -309,8 +323,10 @@ impl Slave {
             Part::EndHigh => Sending::Copy,
             Part::EndLow => match (self.frame.sending, self.frame.end_word) {
                 (Sending::Byte(_), _) => Sending::Byte(own as u8),
-                (Sending::Copy, END_GOOD) if self.is_segment_bad() => Sending::Byte(END_LATE),
-                (Sending::Copy, _) => Sending::Copy,
+                (Sending::Copy, END_GOOD) if !self.is_segment_bad() => Sending::Copy,
+                (Sending::Copy, high) if high & 0x80 != 0 => Sending::Copy,
+                // Turned bad since, or hit: a second hit behind this chip must not make it good again.
+                (Sending::Copy, _) => Sending::Byte(END_LATE),
             },
         }
     }

@@ -99,10 +99,13 @@ fn check(running: &Ring, flips: &Flips, found: &mut Found) {
         found.at_once += 1;
     } else {
         found.by_id_cycle += 1;
-        let cycled = ring.cycle(Instant(next * SLOT_NS), &NEW, &mut input, &IN_NEW.map(Some), &mut Sound);
-        assert_eq!(cycled.ended, Ended::Id, "{flips:X?}");
-        place = cycled.place;
-        next += 1;
+        // Whoever had lost his place in the line may need the first one to find it again.
+        while place.is_none() && next < 7 {
+            let cycled = ring.cycle(Instant(next * SLOT_NS), &NEW, &mut input, &IN_NEW.map(Some), &mut Sound);
+            assert_eq!(cycled.ended, Ended::Id, "{flips:X?}");
+            place = cycled.place;
+            next += 1;
+        }
     }
     // With two bad segments, of which the first was hit in its end word, the second one may be told.
     let Some(Place::Segment(told)) = place else { panic!("{flips:X?}: {place:?}") };
@@ -139,7 +142,11 @@ fn pairs(step: usize) -> Found {
         for (n, second) in bits().skip(k + 1).enumerate() {
             let near = first.0 == second.0 && second.1 - first.1 <= 13;
             if near && (step == 1 || first.0 == 1) || (k * 7 + n) % step == 0 {
-                check(&running, &Flips::default().flip(first.0, first.1).flip(second.0, second.1), &mut found);
+                check(
+                    &running,
+                    &Flips::default().flip(first.0, first.1).flip(second.0, second.1),
+                    &mut found,
+                );
             }
         }
     }

@@ -22,7 +22,8 @@ fn piece() -> impl Strategy<Value = Bits> {
         let part = [Part::Data, Part::Data, Part::Data, Part::CheckHigh, Part::EndLow][usize::from(part)];
         Bits::telegram(data_telegram(cycle, part, byte))
     });
-    let noise = (any::<u64>(), 1..=64_u32).prop_map(|(bits, count)| Bits { bits: bits >> (64 - count), count });
+    let noise =
+        (any::<u64>(), 1..=64_u32).prop_map(|(bits, count)| Bits { bits: bits >> (64 - count), count });
     prop_oneof![
         8 => telegram,
         3 => (1..=12_u32).prop_map(statuses),
@@ -33,8 +34,8 @@ fn piece() -> impl Strategy<Value = Bits> {
 
 /// A sound frame of a ring behind which `bytes` bytes were sent, with one chance in three of a flipped bit.
 fn frame() -> impl Strategy<Value = Vec<Bits>> {
-    (prop::collection::vec(any::<u8>(), 0..9), any::<bool>(), prop::option::of((0..150_usize, 0..3_u8))).prop_map(
-        |(bytes, id, flip)| {
+    (prop::collection::vec(any::<u8>(), 0..9), any::<bool>(), prop::option::of((0..150_usize, 0..3_u8)))
+        .prop_map(|(bytes, id, flip)| {
             let cycle = if id { Cycle::Id } else { Cycle::Data };
             let mut crc = encoring_ring::crc::Crc::NEW;
             let mut pieces = vec![statuses(3)];
@@ -57,8 +58,7 @@ fn frame() -> impl Strategy<Value = Vec<Bits>> {
                 pieces[at % length].bits ^= 1 << (at % 5);
             }
             pieces
-        },
-    )
+        })
 }
 
 proptest! {
@@ -151,7 +151,8 @@ fn chips_with_their_delay_carry_the_same_bits_and_take_the_same_words() {
 
 #[test]
 fn a_ring_of_mixed_devices_moves_every_byte_to_its_place() {
-    let idents: Vec<Ident> = [0x01, 0x02, 0x00, 0x0B, 0x09, 0x14, 0x17].map(|code| Ident::new(3, code)).into();
+    let idents: Vec<Ident> =
+        [0x01, 0x02, 0x00, 0x0B, 0x09, 0x14, 0x17].map(|code| Ident::new(3, code)).into();
     let slaves: Vec<Slave> = idents.iter().map(|ident| Slave::new(*ident, BIT_500K)).collect();
     let mut ring = BitRing::new(slaves, BIT_500K);
     ring.bring_up(&mut Sound, 1_000).unwrap();
