@@ -401,8 +401,11 @@ impl Slave {
         self.messages |= MESSAGE_CRC;
     }
 
-    /// A sound telegram came.
+    /// A sound telegram came. One status telegram alone may be noise on a dead line.
     fn hear(&mut self) {
+        if !self.decoder.is_in_step() {
+            return;
+        }
         self.times.heard = self.times.now;
         self.in_reset = false;
     }

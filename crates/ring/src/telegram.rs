@@ -416,6 +416,12 @@ impl Decoder {
         self.end == End::Whole
     }
 
+    /// In a frame, or after so many status telegrams in a row that one may begin.
+    #[must_use]
+    pub fn is_in_step(&self) -> bool {
+        self.is_framed() || self.end == End::Due || self.statuses >= STATUS_BEFORE_FRAME
+    }
+
     /// In a frame.
     #[must_use]
     pub fn is_framed(&self) -> bool {
