@@ -165,6 +165,8 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
                 let delay = u64::from(DEVICE_DELAY_BITS) * self.slaves.as_ref().len() as u64;
                 let least = self.sent - began + delay + STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME);
                 let bits = bits.max(least);
+                // The first ones close the frame and throw switches; what is behind a switch needs some of its own.
+                self.pause(statuses(u32::from(STATUS_BEFORE_FRAME)), lines);
                 while self.sent - began < bits {
                     let left = (bits - (self.sent - began)).div_ceil(STATUS_BITS);
                     self.pause(statuses(left.min(12) as u32), lines);
@@ -187,9 +189,11 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         let mut line = sent;
         let mut home = None;
         for (segment, slave) in slaves.iter_mut().enumerate() {
+            // A switch that is thrown now is thrown behind these bits.
+            let outgoing = slave.outgoing();
             line = slave.regenerate(lines.pass(segment, self.sent, line));
             // A device without supply turns nothing back.
-            if slave.outgoing() == Outgoing::Off && slave.condition() == Condition::Running {
+            if outgoing == Outgoing::Off && slave.condition() == Condition::Running {
                 home.get_or_insert(line);
                 line = idle;
             }

@@ -97,6 +97,7 @@ pub const fn frame_bits(bytes: usize) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::profile::{END_LATE, END_UNTOLD};
 
     #[test]
     fn an_end_word_tells_every_position_and_no_small_error_makes_one_out_of_a_good_one() {
@@ -118,7 +119,8 @@ mod tests {
             assert_eq!(EndWord::decode(bad(position) & 0x00FF), EndWord::Unknown);
             assert_eq!(EndWord::decode(bad(position) & 0xFF00), EndWord::Unknown);
         }
-        assert_eq!(EndWord::decode(0x00FF), EndWord::Unknown);
+        assert_eq!(EndWord::decode(u16::from(END_LATE)), EndWord::Unknown);
+        assert_eq!(EndWord::decode(END_UNTOLD), EndWord::Unknown);
     }
 
     #[test]

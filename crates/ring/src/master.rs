@@ -14,7 +14,7 @@ use crate::profile::{
     CHECK_TELEGRAMS, DATA_BYTES_MAX, DEVICE_DELAY_BITS, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC,
     MESSAGE_MODULE, SILENCE, STILL_TELEGRAMS, STOP_AFTER, TELEGRAM_BITS,
 };
-use crate::telegram::{Bits, Cycle, Decoder, Part, Step, byte_of, data_telegram};
+use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of, data_telegram};
 
 /// The longest data phase: the loopback word, and a word for each device of an ID cycle.
 const PHASE_BYTES_MAX: usize = 2 + 2 * DEVICES_MAX;
@@ -206,6 +206,15 @@ struct Receiver {
     /// The line stood still while the first telegrams should have come.
     still: bool,
     pieces: usize,
+    /// The frame came to its end; what the pause behind it brings no longer counts.
+    closed: Option<Closed>,
+}
+
+/// How a frame came to its end.
+#[derive(Clone, Copy, Debug)]
+struct Closed {
+    cycle: Cycle,
+    bad: bool,
 }
 
 impl Receiver {
@@ -217,6 +226,7 @@ impl Receiver {
         self.opened = 0;
         self.still = false;
         self.pieces = 0;
+        self.closed = None;
     }
 
     fn receive(&mut self, line: Bits) {
@@ -228,7 +238,9 @@ impl Receiver {
         if line.count == TELEGRAM_BITS as u32
             && let Some((part, opens)) = self.decoder.telegram(line.bits as u16)
         {
-            self.opened = self.opened.saturating_add(u8::from(opens));
+            if opens {
+                self.opens();
+            }
             self.end(part, byte_of(line.bits as u16));
             return;
         }
@@ -236,19 +248,36 @@ impl Receiver {
     }
 
     fn pause(&mut self, line: Bits) {
-        if self.decoder.pause(line).is_some() {
-            return;
+        match self.decoder.pause(line) {
+            Some(Pause::Closing) => return self.close(),
+            Some(_) => return,
+            None => {}
         }
         for k in (0..line.count).rev() {
             match self.decoder.clock(line.bits >> k & 1 != 0) {
-                Step::Opens(_) => self.opened = self.opened.saturating_add(1),
+                Step::Opens(_) => self.opens(),
                 Step::Ends(part, byte) => self.end(part, byte),
+                Step::Closes => self.close(),
                 _ => {}
             }
         }
     }
 
+    fn opens(&mut self) {
+        if self.closed.is_none() {
+            self.opened = self.opened.saturating_add(1);
+        }
+    }
+
+    fn close(&mut self) {
+        let closed = Closed { cycle: self.decoder.cycle(), bad: self.decoder.is_bad() };
+        self.closed.get_or_insert(closed);
+    }
+
     fn end(&mut self, part: Part, byte: u8) {
+        if self.closed.is_some() {
+            return;
+        }
         match part {
             Part::Data => {
                 self.crc.push(byte);
@@ -267,16 +296,15 @@ impl Receiver {
         if self.still {
             return Home::Silent;
         }
-        let segment_bad = self.decoder.is_bad() || self.crc.word() != self.check_word;
+        let Some(Closed { cycle: came, bad }) = self.closed else { return Home::Bad(None) };
+        let segment_bad = bad || self.crc.word() != self.check_word;
         match EndWord::decode(self.end_word) {
-            _ if self.opened != 1 || self.decoder.cycle() != cycle => Home::Bad(None),
             // A frame of another length was lost on the way and found again in the wrong place, or its check phase
             // was; what such a one tells is not looked at.
-            _ if self.count != length => Home::Bad(None),
+            _ if self.opened != 1 || came != cycle || self.count != length => Home::Bad(None),
             EndWord::Bad { position } if usize::from(position) < last => {
                 Home::Bad(Some(usize::from(position)))
             }
-            _ if !self.decoder.is_whole() => Home::Bad(None),
             EndWord::Good if segment_bad => Home::Bad(Some(last)),
             EndWord::Good => Home::Good,
             _ => Home::Bad(None),
@@ -325,6 +353,7 @@ impl Master {
                 opened: 0,
                 still: false,
                 pieces: 0,
+                closed: None,
             },
             silence_bits: SILENCE.as_nanos().checked_div(bit.as_nanos()).unwrap_or_default(),
             faulty: 0,
@@ -709,7 +738,16 @@ impl Master {
                 if faulty + 1 < STOP_AFTER {
                     self.job = Job::Open { devices, missing, faulty: faulty + 1 };
                 } else {
-                    self.fail(place.map_or(Place::Nowhere, Place::Segment));
+                    self.fail(match place {
+                        // What leads home is the same segment however far the ring is open.
+                        Some(segment) if segment >= devices => {
+                            Place::Segment(self.table().devices.max(segment))
+                        }
+                        Some(segment) => Place::Segment(segment),
+                        // As far as the ring was open before, it was good.
+                        None if known > 0 => Place::Segment(known),
+                        None => Place::Nowhere,
+                    });
                 }
             }
         }

@@ -90,6 +90,9 @@ pub const END_BAD: u16 = 0x8001;
 /// The low byte of an end word whose high byte had gone when the segment turned bad [A9].
 pub const END_LATE: u8 = 0xFF;
 
+/// The end word of a bad segment in front of a device that was not told its position yet [A9].
+pub const END_UNTOLD: u16 = 0x80FF;
+
 /// Where position stands in control word and end word: bits 9..1 [A9, A10].
 pub const POSITION_SHIFT: u32 = 1;
 

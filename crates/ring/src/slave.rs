@@ -10,7 +10,7 @@ use crate::crc::Crc;
 use crate::frame::{Control, EndWord, Outgoing, bad};
 use crate::ident::Ident;
 use crate::profile::{
-    BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, IDLE, MESSAGE_CRC,
+    BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, END_UNTOLD, IDLE, MESSAGE_CRC,
     MESSAGE_MODULE, MESSAGE_RECONFIGURE, RESET_AFTER, TELEGRAM_BITS,
 };
 use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of};
@@ -313,7 +313,7 @@ impl Slave {
 
     /// What the chip sends in a telegram whose first data bit is `first`.
     fn sends(&self, part: Part, first: bool) -> Sending {
-        let own = bad(self.position.unwrap_or_default());
+        let own = self.position.map_or(END_UNTOLD, bad);
         match part {
             Part::Data => self.register.oldest().map_or(Sending::Copy, Sending::Byte),
             Part::CheckHigh => Sending::Byte((self.frame.sent.word() >> 8) as u8),
