@@ -196,6 +196,8 @@ impl Decoder {
                 Step::Quiet
             }
             State::Waiting if rx => {
+                // A gap: what comes after it is a new row of status telegrams.
+                self.statuses = 0;
                 if self.miss_end() {
                     Step::Broken
                 } else {
@@ -383,6 +385,9 @@ impl Decoder {
         }
         let due = self.end == End::Due;
         if line.bits == mask(line.count) && !due {
+            if line.count > 0 {
+                self.statuses = 0;
+            }
             return Some(Pause::Silence);
         }
         let telegrams = line.count / STATUS_BITS as u32;
