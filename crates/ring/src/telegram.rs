@@ -198,11 +198,7 @@ impl Decoder {
             State::Waiting if rx => {
                 // A gap: what comes after it is a new row of status telegrams.
                 self.statuses = 0;
-                if self.miss_end() {
-                    Step::Broken
-                } else {
-                    Step::Quiet
-                }
+                if self.miss_end() { Step::Broken } else { Step::Quiet }
             }
             State::Waiting => {
                 self.state = State::Loose;
