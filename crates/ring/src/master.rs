@@ -6,18 +6,21 @@
 
 use encoring_words::Duration;
 
-use crate::crc::Crc;
 use crate::diagnostics::{Counts, PERIPHERAL_FAULT, Place, SEARCHING, status};
-use crate::frame::{Control, EndWord, Outgoing};
+use crate::frame::{Control, Outgoing};
 use crate::ident::Ident;
 use crate::profile::{
-    CHECK_TELEGRAMS, DATA_BYTES_MAX, DEVICE_DELAY_BITS, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC,
-    MESSAGE_MODULE, SILENCE, STILL_TELEGRAMS, STOP_AFTER, TELEGRAM_BITS,
+    DATA_BYTES_MAX, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC, MESSAGE_MODULE, SILENCE, STOP_AFTER,
 };
-use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of, data_telegram};
+use crate::telegram::{Bits, Cycle};
 
-/// The longest data phase: the loopback word, and a word for each device of an ID cycle.
-const PHASE_BYTES_MAX: usize = 2 + 2 * DEVICES_MAX;
+mod configuration;
+mod line;
+
+use configuration::Table;
+use line::{Home, Receiver, Sender};
+
+pub use configuration::ConfigurationError;
 
 /// What the master does, as its controller sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,89 +43,12 @@ pub enum WhenBroken {
     RunOn,
 }
 
-/// Why a ring cannot be configured.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ConfigurationError {
-    /// More devices than a ring can have.
-    #[error("{devices} devices on one ring; the limit is {DEVICES_MAX}")]
-    Devices {
-        /// How many.
-        devices: usize,
-    },
-    /// More data than a ring can have.
-    #[error("{bytes} bytes of data on one ring; the limit is {DATA_BYTES_MAX}")]
-    Bytes {
-        /// How many.
-        bytes: usize,
-    },
-    /// A device whose length is reserved or less than a byte.
-    #[error("length code {code:02X}h at position {position} is no number of whole bytes")]
-    Length {
-        /// Of the device.
-        position: usize,
-        /// Its length code.
-        code: u8,
-    },
-}
-
 /// A command that does not fit the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not possible while the ring is {state:?}")]
 pub struct Refused {
     /// What the master does.
     pub state: State,
-}
-
-/// The devices of a ring, and where their bytes lie.
-#[derive(Clone, Debug)]
-struct Table {
-    idents: [Ident; DEVICES_MAX],
-    /// Where the bytes of a device begin; those of the next one begin where they end.
-    offsets: [u16; DEVICES_MAX + 1],
-    devices: usize,
-}
-
-impl Table {
-    const EMPTY: Self = Self { idents: [Ident(0); DEVICES_MAX], offsets: [0; DEVICES_MAX + 1], devices: 0 };
-
-    fn of(idents: &[Ident]) -> Result<Self, ConfigurationError> {
-        let mut table = Self::EMPTY;
-        for ident in idents {
-            table.push(*ident, idents.len())?;
-        }
-        Ok(table)
-    }
-
-    fn push(&mut self, ident: Ident, devices: usize) -> Result<(), ConfigurationError> {
-        let position = self.devices;
-        let length = ident.bytes();
-        let length = length.ok_or(ConfigurationError::Length { position, code: ident.length_code() })?;
-        let bytes = self.bytes(position) + length;
-        if bytes > DATA_BYTES_MAX {
-            return Err(ConfigurationError::Bytes { bytes });
-        }
-        let (Some(place), Some(offset)) = (self.idents.get_mut(position), self.offsets.get_mut(position + 1))
-        else {
-            return Err(ConfigurationError::Devices { devices });
-        };
-        *place = ident.identity();
-        *offset = bytes as u16;
-        self.devices += 1;
-        Ok(())
-    }
-
-    fn ident(&self, position: usize) -> Option<Ident> {
-        self.idents.get(..self.devices)?.get(position).copied()
-    }
-
-    /// The bytes of the first so many devices.
-    fn bytes(&self, devices: usize) -> usize {
-        self.offsets.get(devices).copied().map_or(0, usize::from)
-    }
-
-    fn range(&self, position: usize) -> core::ops::Range<usize> {
-        self.bytes(position)..self.bytes(position + 1)
-    }
 }
 
 /// What a slot is for.
@@ -151,14 +77,6 @@ pub enum Slot {
     Frame,
 }
 
-/// How a frame came home.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Home {
-    Good,
-    Bad(Option<usize>),
-    Silent,
-}
-
 /// The master of a ring.
 #[derive(Clone, Debug)]
 pub struct Master {
@@ -184,145 +102,6 @@ pub struct Master {
     counts: Counts,
 }
 
-#[derive(Clone, Debug)]
-struct Sender {
-    bytes: [u8; PHASE_BYTES_MAX],
-    length: usize,
-    next: usize,
-    cycle: Cycle,
-    crc: Crc,
-}
-
-#[derive(Clone, Debug)]
-struct Receiver {
-    decoder: Decoder,
-    bytes: [u8; PHASE_BYTES_MAX],
-    count: usize,
-    crc: Crc,
-    check_word: u16,
-    end_word: u16,
-    /// How many frames began; after one that was lost another may seem to.
-    opened: u8,
-    /// The line stood still while the first telegrams should have come.
-    still: bool,
-    pieces: usize,
-    /// The frame came to its end; what the pause behind it brings no longer counts.
-    closed: Option<Closed>,
-}
-
-/// How a frame came to its end.
-#[derive(Clone, Copy, Debug)]
-struct Closed {
-    cycle: Cycle,
-    bad: bool,
-}
-
-impl Receiver {
-    fn begin(&mut self) {
-        self.count = 0;
-        self.crc = Crc::NEW;
-        self.check_word = 0;
-        self.end_word = 0;
-        self.opened = 0;
-        self.still = false;
-        self.pieces = 0;
-        self.closed = None;
-    }
-
-    fn receive(&mut self, line: Bits) {
-        if self.pieces < STILL_TELEGRAMS {
-            let all = u64::MAX >> (64 - line.count.clamp(1, 64));
-            self.still = (self.pieces == 0 || self.still) && (line.bits == 0 || line.bits == all);
-        }
-        self.pieces += 1;
-        if line.count == TELEGRAM_BITS as u32
-            && let Some((part, opens)) = self.decoder.telegram(line.bits as u16)
-        {
-            if opens {
-                self.opens();
-            }
-            self.end(part, byte_of(line.bits as u16));
-            return;
-        }
-        self.pause(line);
-    }
-
-    fn pause(&mut self, line: Bits) {
-        match self.decoder.pause(line) {
-            Some(Pause::Closing) => return self.close(),
-            Some(_) => return,
-            None => {}
-        }
-        for k in (0..line.count).rev() {
-            match self.decoder.clock(line.bits >> k & 1 != 0) {
-                Step::Opens(_) => self.opens(),
-                Step::Ends(part, byte) => self.end(part, byte),
-                Step::Closes => self.close(),
-                _ => {}
-            }
-        }
-    }
-
-    fn opens(&mut self) {
-        if self.closed.is_none() {
-            self.opened = self.opened.saturating_add(1);
-        }
-    }
-
-    fn close(&mut self) {
-        let closed = Closed { cycle: self.decoder.cycle(), bad: self.decoder.is_bad() };
-        self.closed.get_or_insert(closed);
-    }
-
-    fn end(&mut self, part: Part, byte: u8) {
-        if self.closed.is_some() {
-            return;
-        }
-        match part {
-            Part::Data => {
-                self.crc.push(byte);
-                if let Some(place) = self.bytes.get_mut(self.count) {
-                    *place = byte;
-                }
-                self.count += 1;
-            }
-            Part::CheckHigh | Part::CheckLow => self.check_word = self.check_word << 8 | u16::from(byte),
-            Part::EndHigh | Part::EndLow => self.end_word = self.end_word << 8 | u16::from(byte),
-        }
-    }
-
-    /// Judges the frame. `last` is the number of the segment that leads home.
-    fn judge(&self, cycle: Cycle, length: usize, last: usize) -> Home {
-        if self.still {
-            return Home::Silent;
-        }
-        let Some(Closed { cycle: came, bad }) = self.closed else { return Home::Bad(None) };
-        let segment_bad = bad || self.crc.word() != self.check_word;
-        match EndWord::decode(self.end_word) {
-            // A frame of another length was lost on the way and found again in the wrong place, or its check phase
-            // was; what such a one tells is not looked at.
-            _ if self.opened != 1 || came != cycle || self.count != length => Home::Bad(None),
-            EndWord::Bad { position } if usize::from(position) < last => {
-                Home::Bad(Some(usize::from(position)))
-            }
-            EndWord::Good if segment_bad => Home::Bad(Some(last)),
-            EndWord::Good => Home::Good,
-            _ => Home::Bad(None),
-        }
-    }
-
-    /// A word by its number.
-    fn word(&self, index: usize) -> Option<u16> {
-        self.word_at(2 * index)
-    }
-
-    /// The word that begins at a byte.
-    fn word_at(&self, at: usize) -> Option<u16> {
-        let bytes = self.bytes.get(..self.count)?.get(at..at + 2)?;
-        Some(u16::from_be_bytes(bytes.try_into().ok()?))
-    }
-}
-
 impl Master {
     /// A master that is ready, for bits of this length.
     #[must_use]
@@ -336,25 +115,8 @@ impl Master {
             devices: 0,
             out: [0; DATA_BYTES_MAX],
             input: [0; DATA_BYTES_MAX],
-            sender: Sender {
-                bytes: [0; PHASE_BYTES_MAX],
-                length: 0,
-                next: 0,
-                cycle: Cycle::Data,
-                crc: Crc::NEW,
-            },
-            receiver: Receiver {
-                decoder: Decoder::default(),
-                bytes: [0; PHASE_BYTES_MAX],
-                count: 0,
-                crc: Crc::NEW,
-                check_word: 0,
-                end_word: 0,
-                opened: 0,
-                still: false,
-                pieces: 0,
-                closed: None,
-            },
+            sender: Sender::new(),
+            receiver: Receiver::new(),
             silence_bits: SILENCE.as_nanos().checked_div(bit.as_nanos()).unwrap_or_default(),
             faulty: 0,
             searching: false,
@@ -529,16 +291,13 @@ impl Master {
             Job::Identify | Job::Locate => self.compose_id(self.devices, Outgoing::Off),
             Job::Data => self.compose_data(),
         }
-        self.sender.next = 0;
-        self.sender.crc = Crc::NEW;
+        self.sender.begin();
         self.receiver.begin();
         Slot::Frame
     }
 
     fn compose_data(&mut self) {
-        self.sender.cycle = Cycle::Data;
-        self.sender.length = 0;
-        self.sender.word(LOOPBACK);
+        self.sender.compose(Cycle::Data);
         // The last device comes first.
         for position in (0..self.devices).rev() {
             let range = self.table().range(position);
@@ -551,9 +310,7 @@ impl Master {
     /// An ID cycle. `last` is for the outgoing bus of the last device, all others are on; so is the last one's as long
     /// as the ring may go on behind it.
     fn compose_id(&mut self, devices: usize, last: Outgoing) {
-        self.sender.cycle = Cycle::Id;
-        self.sender.length = 0;
-        self.sender.word(LOOPBACK);
+        self.sender.compose(Cycle::Id);
         for position in (0..devices).rev() {
             let is_last = position + 1 == devices;
             let ends_here = is_last && (last == Outgoing::Off || devices >= self.limit());
@@ -573,26 +330,7 @@ impl Master {
 
     /// The next telegram of the frame; `None` once it is whole, or broken off because nothing comes home.
     pub fn transmit(&mut self) -> Option<Bits> {
-        let Sender { bytes, length, next, cycle, crc } = &mut self.sender;
-        let at = *next;
-        *next += 1;
-        if let Some(byte) = bytes.get(..*length).and_then(|bytes| bytes.get(at)) {
-            crc.push(*byte);
-            return Some(Bits::telegram(data_telegram(*cycle, Part::Data, *byte)));
-        }
-        // What has come home by now lags behind by the delay of the devices.
-        let needs = STILL_TELEGRAMS * TELEGRAM_BITS as usize + DEVICE_DELAY_BITS as usize * self.devices;
-        if self.receiver.still && *length * TELEGRAM_BITS as usize >= needs {
-            return None;
-        }
-        let (part, byte) = match at - *length {
-            0 => (Part::CheckHigh, (crc.word() >> 8) as u8),
-            1 => (Part::CheckLow, crc.word() as u8),
-            2 => (Part::EndHigh, 0),
-            k if k < usize::from(CHECK_TELEGRAMS) => (Part::EndLow, 0),
-            _ => return None,
-        };
-        Some(Bits::telegram(data_telegram(*cycle, part, byte)))
+        self.sender.next(self.receiver.is_still(), self.devices)
     }
 
     /// Takes what came home for a telegram of the frame.
@@ -627,7 +365,7 @@ impl Master {
     }
 
     fn end_data(&mut self) -> Ended {
-        let length = self.sender.length;
+        let length = self.sender.length();
         let mut home = self.receiver.judge(Cycle::Data, length, self.devices);
         // The loopback word comes home last; elsewhere, the ring has another length.
         if home == Home::Good && self.receiver.word_at(length.saturating_sub(2)) != Some(LOOPBACK) {
@@ -672,7 +410,7 @@ impl Master {
     }
 
     fn end_identify(&mut self) {
-        let home = self.receiver.judge(Cycle::Id, self.sender.length, self.devices);
+        let home = self.receiver.judge(Cycle::Id, self.sender.length(), self.devices);
         let intact = home == Home::Good && self.receiver.word(self.devices) == Some(LOOPBACK);
         if !intact {
             self.faulty = self.faulty.saturating_add(1);
@@ -718,7 +456,7 @@ impl Master {
     }
 
     fn end_open(&mut self, devices: usize, missing: u8, faulty: u8) {
-        let home = self.receiver.judge(Cycle::Id, self.sender.length, devices);
+        let home = self.receiver.judge(Cycle::Id, self.sender.length(), devices);
         let known = devices - 1;
         let ends_at = |words| self.receiver.word(words) == Some(LOOPBACK);
         match home {
@@ -803,19 +541,4 @@ pub enum Ended {
     Good,
     /// A data cycle that was not.
     Faulty,
-}
-
-impl Sender {
-    fn byte(&mut self, byte: u8) {
-        if let Some(place) = self.bytes.get_mut(self.length) {
-            *place = byte;
-            self.length += 1;
-        }
-    }
-
-    fn word(&mut self, word: u16) {
-        for byte in word.to_be_bytes() {
-            self.byte(byte);
-        }
-    }
 }
