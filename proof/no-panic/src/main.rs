@@ -1,6 +1,6 @@
-//! Links only if no panic path is left in `words`, `encoder` and `ring`.
+//! Links only if no panic path is left in `words`, `encoder`, `ring` and `host::validity`.
 //!
-//! Every entry of the three crates is called with values that the compiler cannot know. The panic handler calls a
+//! Every entry of them is called with values that the compiler cannot know. The panic handler calls a
 //! function that exists nowhere: if any path to a panic survives the optimiser, the linker names it. Formatting
 //! (`Display`, `Debug`) is left out; it is for people and never part of a machine.
 #![no_std]
@@ -8,10 +8,13 @@
 
 use core::convert::Infallible;
 use core::hint::black_box;
+use core::num::NonZeroU32;
 
 use embedded_storage::{ReadStorage, Storage};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
 use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
+use encoring_host::Seen;
+use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
 use encoring_ring::image::Half;
 use encoring_ring::{CycleTime, ProcessImage, Verdict, WordRing};
 use encoring_words::model::{MODELS, Sensor};
@@ -31,6 +34,10 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     // SAFETY: never linked.
     unsafe { a_panic_path_is_left() }
 }
+
+/// Named by the compiler's own division of 128 bits, which was built to unwind; nothing here does.
+#[unsafe(no_mangle)]
+pub extern "C" fn rust_eh_personality() {}
 
 /// A memory that answers anything at all.
 struct Memory([u8; EEPROM_BYTES]);
@@ -185,11 +192,50 @@ fn ring() {
     black_box((time.of(any(), any()), time.of_encoders(any())));
 }
 
+fn validity() {
+    let sensor = if any() {
+        Sensor::Rotary { steps_per_turn: any() }
+    } else {
+        Sensor::Linear { rod_um: any() }
+    };
+    let mut set = ParameterSet::factory(sensor);
+    for parameter in PARAMETERS {
+        set.set(parameter, any());
+    }
+    let Ok(expectation) = Expectation::new(model(), sensor, &set) else { return };
+    let limits = Limits {
+        speed_rpm: NonZeroU32::new(any()),
+        acceleration_rad_s2: NonZeroU32::new(any()),
+        speed_mm_s: NonZeroU32::new(any()),
+        acceleration_mm_s2: NonZeroU32::new(any()),
+        refresh: Duration(any()),
+        stale_after: Duration(any()),
+        recovery: NonZeroU32::new(any()).map_or(Recovery::Rebase, Recovery::After),
+        ..Limits::of(model(), Duration(any()))
+    };
+    let mut validity = Validity::new(expectation, limits);
+    while any() {
+        let seen = Seen { input: InWord(any()), age: Duration(any()) };
+        let seen = if any() { Some(seen) } else { None };
+        let position = validity.judge(Instant(any()), seen, &mut |stop| {
+            black_box(stop);
+        });
+        black_box((position, position.valid()));
+        if any() {
+            validity.rebase();
+        }
+        if let Ok(expectation) = Expectation::new(model(), sensor, &set) {
+            validity.expect(expectation);
+        }
+    }
+}
+
 /// The entry; the program is linked, never run.
 #[unsafe(no_mangle)]
 pub extern "C" fn _start() -> ! {
     words();
     encoder();
     ring();
+    validity();
     loop {}
 }

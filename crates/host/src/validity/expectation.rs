@@ -1,0 +1,199 @@
+//! What is known of an encoder beforehand: its active values, and how fast its shaft or magnet may move.
+
+use core::num::NonZeroU32;
+
+use encoring_words::model::{Mechanics, Sensor};
+use encoring_words::parameter::{Code, OutOfRange, Parameter};
+use encoring_words::word::DATA_MAX;
+use encoring_words::{Duration, ErrorStatus, Model, ParameterSet};
+
+use super::track::Space;
+
+/// What the positions of an encoder must be like, from its active set.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Expectation {
+    pub(super) code: Code,
+    /// The largest position.
+    pub(super) largest: u32,
+    /// S.
+    pub(super) measuring_length: u32,
+    moved: Moved,
+}
+
+/// What moves, in the units that [`Space`] explains.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Moved {
+    Shaft { step: i128, native: i128, turn: i128 },
+    Magnet { rod_um: i128 },
+}
+
+/// Why nothing can be expected of an encoder with these values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoExpectation {
+    /// A rod with a shaft's model or a shaft with a rod's, or a sensor without a step.
+    #[error("the {model} has no such sensor: {sensor:?}")]
+    Sensor {
+        /// The model.
+        model: Model,
+        /// The sensor.
+        sensor: Sensor,
+    },
+    /// No encoder stores this value.
+    #[error("{parameter:?}: {refused}")]
+    Parameter {
+        /// Whose value it is.
+        parameter: Parameter,
+        /// The value and its range.
+        refused: OutOfRange,
+    },
+    /// No encoder makes this set active: its data check answers with these bits.
+    #[error("the data check would refuse the set with status {:04X}h", .0.bits())]
+    Set(ErrorStatus),
+}
+
+impl Expectation {
+    /// For the values that are active now, as the master knows them. The presets do not matter, nor the counting
+    /// direction.
+    ///
+    /// # Errors
+    /// [`NoExpectation`] if no encoder can have these values active.
+    pub fn new(model: Model, sensor: Sensor, active: &ParameterSet) -> Result<Self, NoExpectation> {
+        let check = |parameter: Parameter| {
+            let value = active.value(parameter);
+            parameter
+                .normalise(model, value)
+                .map_err(|refused| NoExpectation::Parameter { parameter, refused })
+        };
+        let measuring_length = check(Parameter::MeasuringLength)?;
+        let length = i128::from(measuring_length);
+        match (model, sensor) {
+            (Model::La66, Sensor::Linear { rod_um }) if rod_um > 0 => Ok(Self {
+                code: Code::Binary,
+                largest: DATA_MAX,
+                measuring_length,
+                moved: Moved::Magnet { rod_um: i128::from(rod_um) },
+            }),
+            (Model::Ce100M | Model::Ce65M, Sensor::Rotary { steps_per_turn }) if steps_per_turn > 0 => {
+                let numerator = i128::from(check(Parameter::Numerator)?);
+                let denominator = i128::from(check(Parameter::Denominator)?);
+                let wrong = active.validity(model, sensor)
+                    & (ErrorStatus::NUMERATOR_ZERO | ErrorStatus::LENGTH_TOO_LARGE);
+                if !wrong.is_empty() {
+                    return Err(NoExpectation::Set(wrong));
+                }
+                let native = denominator * (length + 1);
+                let steps_per_turn = i128::from(steps_per_turn);
+                Ok(Self {
+                    code: if model == Model::Ce65M { active.counting_direction().code } else { Code::Binary },
+                    largest: measuring_length,
+                    measuring_length,
+                    moved: Moved::Shaft {
+                        step: steps_per_turn * numerator,
+                        native,
+                        turn: steps_per_turn * native,
+                    },
+                })
+            }
+            _ => Err(NoExpectation::Sensor { model, sensor }),
+        }
+    }
+
+    /// The same with the limits of a movement.
+    pub(super) fn space(&self, limits: &Limits) -> Space {
+        let of = |limit: Option<NonZeroU32>| limit.map(|limit| i128::from(limit.get()));
+        let positions = i64::from(self.largest) + 1;
+        match self.moved {
+            Moved::Shaft { step, native, turn } => Space {
+                positions,
+                step,
+                blur: step + native,
+                speed: of(limits.speed_rpm).map(|rpm| ceil(rpm * turn, 60)),
+                // 1/(2 pi) is a little less than 16551/103993, so that no shaft within its limit lies above.
+                acceleration: of(limits.acceleration_rad_s2).map(|a| ceil(a * turn * 16_551, 103_993)),
+                reach: None,
+            },
+            Moved::Magnet { rod_um } => {
+                let micrometre = i128::from(self.measuring_length);
+                let of_mm = |limit| of(limit).map(|mm| mm * 1_000 * micrometre);
+                Space {
+                    positions,
+                    step: rod_um,
+                    blur: rod_um + micrometre,
+                    speed: of_mm(limits.speed_mm_s),
+                    acceleration: of_mm(limits.acceleration_mm_s2),
+                    reach: Some(i64::from(self.measuring_length)),
+                }
+            }
+        }
+    }
+
+    /// `true` for a rod, whose encoder holds the last place of a magnet that is gone.
+    pub(super) const fn holds(&self) -> bool {
+        matches!(self.moved, Moved::Magnet { .. })
+    }
+}
+
+/// Rounded up; both above 0.
+const fn ceil(dividend: i128, divisor: i128) -> i128 {
+    dividend / divisor + (dividend % divisor != 0) as i128
+}
+
+/// How fast the shaft or the magnet may move, how old a position may be, and what follows an impossible one. `None`:
+/// without limit. What does not concern the encoder's sensor is not looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Speed of a shaft in revolutions per minute.
+    pub speed_rpm: Option<NonZeroU32>,
+    /// Angular acceleration of a shaft in rad/s^2.
+    pub acceleration_rad_s2: Option<NonZeroU32>,
+    /// Speed of a magnet in mm/s.
+    pub speed_mm_s: Option<NonZeroU32>,
+    /// Acceleration of a magnet in mm/s^2.
+    pub acceleration_mm_s2: Option<NonZeroU32>,
+    /// How old a sample may be when the encoder gives its IN word [R8, R9].
+    pub refresh: Duration,
+    /// How long the IN word may then stay on the ring before the bus counts its age: the longest data cycle.
+    pub cycle: Duration,
+    /// A position is stale when the word that brought it may be older than this.
+    pub stale_after: Duration,
+    /// What ends an implausible jump.
+    pub recovery: Recovery,
+}
+
+/// What makes the positions after an implausible jump valid again, unless they come back to where they were.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recovery {
+    /// Only [`Validity::rebase`](super::Validity::rebase).
+    Rebase,
+    /// So many samples in a row, the first with the jump, that are plausible among one another.
+    After(NonZeroU32),
+}
+
+/// The mechanics of the CE-65-M's data sheet. The CE-100-M's is silent; the same are assumed of it.
+const SHAFT: Option<Mechanics> = Model::Ce65M.data_sheet().mechanics;
+
+impl Limits {
+    /// The limits of a model's data sheet, on a ring whose data cycle takes at most `cycle`; stale after 100 ms.
+    ///
+    /// 6000 rpm and 10^4 rad/s^2 [R124] for the CE-65-M, and by assumption for the CE-100-M. The LA-66's manual gives
+    /// no limit. 100 ms are this project's choice.
+    #[must_use]
+    pub const fn of(model: Model, cycle: Duration) -> Self {
+        let (speed_rpm, acceleration_rad_s2) = match (model, SHAFT) {
+            (Model::Ce100M | Model::Ce65M, Some(mechanics)) => {
+                (NonZeroU32::new(mechanics.speed_rpm), NonZeroU32::new(mechanics.acceleration_rad_s2))
+            }
+            _ => (None, None),
+        };
+        Self {
+            speed_rpm,
+            acceleration_rad_s2,
+            speed_mm_s: None,
+            acceleration_mm_s2: None,
+            refresh: model.refresh(),
+            cycle,
+            stale_after: Duration::from_millis(100),
+            recovery: Recovery::Rebase,
+        }
+    }
+}
