@@ -9,7 +9,7 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
-use encoring_station::bus::{Bus, BusError, Cycle, LinkEvent, Settling};
+use encoring_station::bus::{Bus, BusError, Cycle, Inside, LinkEvent, Settling};
 use encoring_station::master::MasterError;
 use encoring_station::{Master, Simulated, Speed};
 use encoring_words::model::Sensor;
@@ -314,5 +314,12 @@ impl Bus for AnyBus {
 
     fn link_event(&mut self) -> Option<LinkEvent> {
         self.inner().link_event()
+    }
+
+    fn inside(&self, position: usize) -> Option<Inside> {
+        match self {
+            Self::Simulated(bus) => bus.inside(position),
+            Self::Modbus(bus) => bus.inside(position),
+        }
     }
 }

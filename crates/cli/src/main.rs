@@ -8,11 +8,13 @@ mod bus;
 mod calc;
 mod completions;
 mod decode;
+mod log;
 mod output;
 mod read;
 mod replay;
 mod sim;
 mod told;
+mod watch;
 mod word_view;
 
 use std::process::ExitCode;
@@ -34,6 +36,8 @@ enum Command {
     Sim(sim::Arguments),
     Calc(calc::Arguments),
     Read(read::Arguments),
+    Watch(watch::Arguments),
+    Log(log::Arguments),
     Completions(completions::Arguments),
 }
 
@@ -44,6 +48,8 @@ fn main() -> ExitCode {
         Command::Sim(arguments) => sim::run(&arguments),
         Command::Calc(arguments) => calc::run(&arguments),
         Command::Read(arguments) => read::run(&arguments),
+        Command::Watch(arguments) => watch::run(&arguments),
+        Command::Log(arguments) => log::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
     })
 }
