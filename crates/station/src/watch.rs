@@ -192,8 +192,13 @@ impl<'a, B: Bus> Watch<'a, B> {
         if self.stop.load(Ordering::Relaxed) || end.is_some_and(|end| self.due.max(self.bus.now()) >= end) {
             return None;
         }
-        // A poll that came too late is not made up for.
-        self.due = (self.due + self.plan.every).max(self.bus.now());
+        // Polls that were missed are not made up for.
+        let late = self.bus.now().since(self.due).as_nanos();
+        let every = self.plan.every.as_nanos();
+        self.due = match late.checked_div(every) {
+            Some(missed) => self.due + Duration(every.saturating_mul(missed.saturating_add(1))),
+            None => self.bus.now(),
+        };
         self.poll.number = self.polls;
         self.polls += 1;
         self.look();
@@ -222,7 +227,8 @@ impl<'a, B: Bus> Watch<'a, B> {
             words = rest;
             let cycle = self.bus.cycle(None, first, run);
             let at = cycle.map_or_else(|_| self.bus.now(), |cycle| cycle.at);
-            for (subject, word) in subjects.by_ref().zip(run) {
+            // The run first: at its end no subject may be taken.
+            for (word, subject) in run.iter().zip(subjects.by_ref()) {
                 let position = subject.position;
                 let seen = cycle.map(|cycle| Seen { input: *word, age: cycle.age });
                 let out = (seen.is_ok() && ask).then(|| self.bus.out(position));

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use encoring_station::view::Lamps;
-use encoring_station::watch::Verdict;
+use encoring_station::watch::{Blind, Verdict};
 use encoring_words::word::{DATA, ERROR_BIT, READ_WRITE_BIT, RESERVE_BIT, SERVICE, SERVICE_BIT};
 use encoring_words::{Duration, Service};
 use ratatui::Frame;
@@ -13,7 +13,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, BorderType, Paragraph};
 
 use super::About;
-use super::seen::{News, Seen, seconds, span};
+use super::seen::{News, Seen, name, seconds, span};
 
 /// The last events that are kept.
 const NEWS_KEPT: usize = 50;
@@ -26,6 +26,8 @@ pub(crate) struct Screen {
     shown: Vec<Shown>,
     news: VecDeque<News>,
     polls: u64,
+    /// The last event of the link.
+    link: Option<&'static str>,
     /// The first encoder that is shown.
     pub(crate) first: usize,
     /// `None`: as there are few or many.
@@ -49,7 +51,16 @@ pub(crate) struct Update {
 
 impl Screen {
     pub(crate) fn new(about: About) -> Self {
-        Self { about, shown: Vec::new(), news: VecDeque::new(), polls: 0, first: 0, list: None, page: 1 }
+        Self {
+            about,
+            shown: Vec::new(),
+            news: VecDeque::new(),
+            polls: 0,
+            link: None,
+            first: 0,
+            list: None,
+            page: 1,
+        }
     }
 
     pub(crate) fn take(&mut self, update: Update) {
@@ -64,6 +75,14 @@ impl Screen {
             }
         }
         for news in update.news {
+            if news.event.starts_with("link") {
+                self.link = Some(news.event);
+            }
+            // One attempt after the other would drive out what was before.
+            if news.event == "link_failed" && self.news.back().is_some_and(|last| last.event == "link_failed")
+            {
+                self.news.pop_back();
+            }
             if self.news.len() == NEWS_KEPT {
                 self.news.pop_front();
             }
@@ -118,8 +137,13 @@ impl Screen {
     }
 
     fn head(&self, frame: &mut Frame<'_>, area: Rect, ago: Duration) {
-        let simulated = if self.about.simulated { "  (a simulation)" } else { "" };
-        let left = format!(" encoring watch  {}{simulated}", self.about.address);
+        let state = match self.link {
+            _ if self.about.simulated => "a simulation",
+            Some("link_up") => "connected",
+            Some(_) => "NOT CONNECTED",
+            None => "",
+        };
+        let left = format!(" {}  {state}", self.about.address);
         let right = format!("every {}, last {} ago ", self.about.every, span(ago));
         frame.render_widget(ends(&left, &right, area.width).style(Modifier::REVERSED), area);
     }
@@ -249,22 +273,27 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     let mut lines = position(shown, width, size);
     lines.push(word("OUT", seen.sight.out.map(|out| out.0), width));
     lines.push(word("IN", seen.sight.input.map(|input| input.0), width));
-    let age = seen.sight.age.map_or_else(|| "no word".to_owned(), |age| format!("{} old", span(age)));
+    let age = seen.sight.age.map_or_else(|| "no word".to_owned(), |age| format!("word {} old", span(age)));
     let phase = seen.sight.phase();
     let phase = phase.map_or_else(
         || "handshake not seen".to_owned(),
         |phase| format!("step {} of 5: {}", phase.step(), phase.name()),
     );
-    let mut state = vec![Span::raw(format!(" {phase:<24}  "))];
+    let mut state = vec![Span::raw(format!(" {phase:<26} "))];
     state.extend(lamps(seen.lamps));
-    state.push(Span::raw(format!("  word {age}")));
+    state.push(Span::raw(format!("  {age}")));
     lines.push(Line::from(state));
     let style = mood(seen.sight.verdict);
     for text in &seen.text {
         lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
     if !seen.cannot_judge.is_empty() {
-        let text = format!("cannot judge: {} (parameters not known)", seen.cannot_judge.join(", "));
+        let why = match seen.blind.contains(&Blind::Changed) {
+            true => "parameters were written since",
+            false => "parameters not known",
+        };
+        let of = seen.blind.iter().filter(|blind| **blind != Blind::Changed).map(|blind| name(*blind));
+        let text = format!("cannot judge: {} ({why})", of.collect::<Vec<_>>().join(", "));
         lines.extend(wrap(&text, width).into_iter().map(|text| Line::styled(text, Modifier::DIM)));
     }
     lines
