@@ -202,16 +202,15 @@ impl Screen {
     fn list(&mut self, frame: &mut Frame<'_>, area: Rect) -> usize {
         let rows = usize::from(area.height.saturating_sub(1));
         self.first = self.first.min(self.shown.len().saturating_sub(rows.max(1)));
-        let head = "  at  device  model        position  verdict            OUT       IN        handshake";
+        let head = " at  model     position  verdict               OUT       IN        handshake";
         let mut page = vec![Line::styled(head, Modifier::BOLD)];
         for Shown { seen, .. } in self.shown.iter().skip(self.first).take(rows) {
             let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "-".to_owned());
             let value = seen.value.map_or_else(|| "-".to_owned(), |value| value.to_string());
-            let left =
-                format!("{:>4}  {:<6}  {:<8}  {value:>11}  ", seen.position, seen.device_number, seen.model);
+            let left = format!("{:>3}  {:<8}  {value:>8}  ", seen.position, seen.model);
             let right =
                 format!("  {:<8}  {:<8}  {}", word(&seen.out), word(&seen.input), seen.phase.unwrap_or("-"));
-            let verdict = format!("{:<17}", seen.verdict);
+            let verdict = format!("{:<20}", seen.verdict);
             let used = left.len() + verdict.len() + right.len() + 2;
             let mut line =
                 vec![Span::raw(left), Span::styled(verdict, mood(seen.sight.verdict)), Span::raw(right)];
