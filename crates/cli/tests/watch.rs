@@ -88,7 +88,7 @@ fn gateway(folder: &Path) -> (Running, String) {
 fn write_out(address: &str, position: u8, word: u32) {
     let mut client = TcpStream::connect(address.strip_prefix("modbus-tcp://").unwrap()).unwrap();
     let pdu = [&[16, 0, 2 * position, 0, 2, 4][..], &word.to_be_bytes()].concat();
-    client.write_all(&[&[0, 1, 0, 0, 0, 12, 1][..], &pdu].concat()).unwrap();
+    client.write_all(&[&[0, 1, 0, 0, 0, 11, 1][..], &pdu].concat()).unwrap();
     let mut answer = [0; 12];
     client.read_exact(&mut answer).unwrap();
     assert_eq!(answer[7], 16);
@@ -109,12 +109,16 @@ fn rows(file: &Path) -> Vec<String> {
 fn without_a_terminal_there_is_a_line_for_each_encoder_at_first_and_then_for_changes() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("ring.toml"), STILL).unwrap();
-    let output = run(folder.path(), &["watch", "--bus", "sim:ring.toml", "--for", "300ms", "--every", "50ms"]);
+    let output =
+        run(folder.path(), &["watch", "--bus", "sim:ring.toml", "--for", "300ms", "--every", "50ms"]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let out = text(&output.stdout);
     let lines: Vec<_> = out.lines().collect();
     assert_eq!(lines[0], "sim:ring.toml, a simulation, looked at every 50 ms");
-    assert!(lines[2].ends_with("   0  la-66           12500  valid              00000000  000030D4  normal"), "{out}");
+    assert!(
+        lines[2].ends_with("   0  la-66           12500  valid              00000000  000030D4  normal"),
+        "{out}"
+    );
     assert!(lines[3].contains(" polls in ") && lines.len() == 4, "{out}");
 }
 
@@ -137,7 +141,19 @@ fn behind_a_gateway_services_errors_and_the_end_of_the_link_are_seen_and_nothing
     let folder = tempfile::tempdir().unwrap();
     let (sim, address) = gateway(folder.path());
     let models = "la-66,ce-100-m,ce-65-m";
-    let arguments = ["watch", "--bus", &address, "--at", "0-2", "--model", models, "--every", "20ms"];
+    let arguments = [
+        "watch",
+        "--bus",
+        &address,
+        "--at",
+        "0-2",
+        "--model",
+        models,
+        "--every",
+        "20ms",
+        "--stale-after",
+        "1m",
+    ];
     let mut watch = Running::start(folder.path(), &[&arguments[..], &["--format", "json"]].concat());
     let first = watch.until(|line| line["event"] == "seen");
     assert_eq!((&first["verdict"], &first["lamps"]), (&Value::from("unchecked"), &Value::Null));
@@ -147,11 +163,15 @@ fn behind_a_gateway_services_errors_and_the_end_of_the_link_are_seen_and_nothing
     let reply = watch.until(|line| line["position"] == 1 && line["phase"] == "acknowledged");
     assert_eq!((&reply["out"], &reply["in"]), (&Value::from("CF000000"), &Value::from("EF000000")));
     assert_eq!(reply["verdict"], "faulty");
-    write_out(&address, 1, 0x8800_0000);
-    write_out(&address, 1, 0x0000_0000);
+    write_out(&address, 1, 0);
+    let pending = watch.until(|line| line["position"] == 1 && line["phase"] == "normal");
+    assert_eq!((&pending["verdict"], &pending["value"]), (&Value::from("faulty"), &Value::Null));
     write_out(&address, 1, 0x8800_0000);
     let check = watch.until(|line| line["position"] == 1 && line["in"] == "88000080");
-    assert_eq!((&check["verdict"], &check["phase"]), (&Value::from("in_service"), &Value::from("acknowledged")));
+    assert_eq!(
+        (&check["verdict"], &check["phase"]),
+        (&Value::from("in_service"), &Value::from("acknowledged"))
+    );
     write_out(&address, 1, 0);
     watch.until(|line| line["position"] == 1 && line["verdict"] == "unchecked");
 
@@ -170,7 +190,8 @@ fn parameters_come_from_files_behind_a_gateway() {
     let file = "version = 1\nmodel = \"ce-65-m\"\nnative = 4096\n[parameters]\ncounting_direction = 0\n\
                 measuring_length = 16777215\nnumerator = 4096\ndenominator = 1\n";
     fs::write(folder.path().join("axis.toml"), file).unwrap();
-    let common = ["watch", "--bus", &address, "--for", "100ms", "--format", "json", "--at"];
+    let common =
+        ["watch", "--bus", &address, "--for", "100ms", "--format", "json", "--stale-after", "1m", "--at"];
     let found = |arguments: &[&str]| {
         let output = run(folder.path(), &[&common[..], arguments].concat());
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -184,10 +205,16 @@ fn parameters_come_from_files_behind_a_gateway() {
     assert_eq!(found(&two), ("ce-100-m".into(), "valid".into()));
 
     for (arguments, message) in [
-        (&["1-2", "--parameters", "axis.toml"][..], "--parameters axis.toml: 1 files for 2 encoders; give one"),
+        (
+            &["1-2", "--parameters", "axis.toml"][..],
+            "--parameters axis.toml: 1 files for 2 encoders; give one",
+        ),
         (&["2", "--parameters", "3=axis.toml"], "--parameters 3=axis.toml: position 3 is not in --at"),
         (&["2", "--parameters", "none.toml"], "none.toml: "),
-        (&["2", "--model", "ce-100-m", "--parameters", "axis.toml"], "axis.toml: the file is not for the ce-100-m"),
+        (
+            &["2", "--model", "ce-100-m", "--parameters", "axis.toml"],
+            "axis.toml: the file is not for the ce-100-m",
+        ),
         (&["2"], "--model MODEL is missing"),
         (&["0-2", "--model", "la-66,la-66"], "--model: 2 values for 3 encoders"),
         (&["1", "--model", "ce-100-m", "--native", "8192"], "--native 8192"),
@@ -243,14 +270,18 @@ fn full_files_take_turns_and_the_oldest_goes() {
     let arguments = ["log", "a.csv", "--bus", "sim", "--for", "100", "--speed", "max", "--every", "0"];
     let output = run(folder.path(), &[&arguments[..], &["--rotate-mb", "1", "--keep", "2"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let mut names: Vec<_> =
-        fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    let mut names: Vec<_> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
     names.sort();
     assert_eq!(names, ["a.1.csv", "a.2.csv", "a.csv"]);
     for name in ["a.1.csv", "a.2.csv"] {
         let length = fs::metadata(folder.path().join(name)).unwrap().len();
         assert!((999_900..=1_000_000).contains(&length), "{name} has {length}");
-        assert!(fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 1 started "));
+        assert!(
+            fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 1 started ")
+        );
     }
     let last = text(&output.stdout);
     assert!(last.contains(" rows of 14771") && last.contains(" files: valid "), "{last}");
@@ -299,7 +330,7 @@ fn signals_end_a_log_with_everything_in_it() {
 fn failed_polls_are_rows_without_words() {
     let folder = tempfile::tempdir().unwrap();
     let (sim, address) = gateway(folder.path());
-    let at = ["--at", "0,2", "--model", "la-66,ce-65-m", "--every", "10ms"];
+    let at = ["--at", "0,2", "--model", "la-66,ce-65-m", "--every", "10ms", "--stale-after", "1m"];
     let log = Running::start(folder.path(), &[&["log", "a.csv", "--bus", &address][..], &at].concat());
     let file = folder.path().join("a.csv");
     let wait = |wanted: &str| {
