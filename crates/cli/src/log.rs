@@ -16,6 +16,7 @@ use serde::Serialize;
 
 use crate::output::{Answer, Failure, Format, bad_input, note, print};
 use crate::sim::span;
+use crate::watch::answer;
 use crate::watch::seen::{name, seconds};
 use crate::watch::subjects::SubjectArguments;
 
@@ -33,7 +34,7 @@ const SHOW_EVERY: Real = Real::from_millis(200);
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 2 bad usage, or FILE is no log;
-3 the log cannot be written; what was written stays.
+3 no poll brought a word, or the log cannot be written; what was written stays.
 
 Examples:
   encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
@@ -124,10 +125,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = Plan { every: arguments.every, lasting: arguments.lasting };
     let stop = opened.stop();
     let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
-    let summary = Logging::new(log, arguments).run(watch)?;
+    let (summary, answer) = Logging::new(log, arguments).run(watch)?;
     print(arguments.format, &summary)?;
     opened.close()?;
-    Ok(Answer::Yes)
+    Ok(answer)
 }
 
 /// What stands at the head of every file.
@@ -173,7 +174,10 @@ impl<'a> Logging<'a> {
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn run<B: encoring_station::Bus>(mut self, mut watch: Watch<'_, B>) -> Result<Summary, LogError> {
+    fn run<B: encoring_station::Bus>(
+        mut self,
+        mut watch: Watch<'_, B>,
+    ) -> Result<(Summary, Answer), LogError> {
         let began = watch.now();
         while let Some(poll) = watch.poll() {
             self.poll(poll)?;
@@ -188,18 +192,16 @@ impl<'a> Logging<'a> {
             }
         }
         self.log.flush()?;
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
         let verdicts = Verdict::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
-        Ok(Summary {
+        let summary = Summary {
             file: self.arguments.file.display().to_string(),
             rows: self.log.rows(),
             polls: self.polls,
             time_ns: watch.now().since(began).as_nanos(),
             files: self.log.files(),
             verdicts: verdicts.map(|(verdict, polls)| Count { verdict, polls }).collect(),
-        })
+        };
+        Ok((summary, answer(&watch)))
     }
 
     fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {
@@ -248,7 +250,7 @@ impl<'a> Logging<'a> {
     fn show(&self, passed: Duration) {
         let Some(bar) = &self.bar else { return };
         bar.set_message(format!(
-            "{} rows, {} s, {} files",
+            "{} rows, {} s, file {}",
             self.log.rows(),
             seconds(passed.as_nanos()),
             self.log.files()
@@ -257,6 +259,14 @@ impl<'a> Logging<'a> {
             bar.set_position(passed.as_nanos() / 1_000_000);
         } else {
             bar.tick();
+        }
+    }
+}
+
+impl Drop for Logging<'_> {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
         }
     }
 }

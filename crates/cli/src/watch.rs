@@ -35,7 +35,7 @@ const EVERY_MIN: Duration = Duration::from_millis(10);
 /// range nor jumps can be judged, and it says so.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 ended by the user or by --for; 2 bad usage; 3 nothing can be shown.
+Exit codes: 0 ended by the user or by --for; 2 bad usage; 3 no poll brought a word.
 
 Examples:
   encoring watch --bus sim
@@ -73,13 +73,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     let (stop, quit) = (opened.stop(), opened.stop());
     let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
-    if arguments.format == Format::Text && io::stdout().is_terminal() {
-        live::run(watch, about, &quit)?;
+    let answer = if arguments.format == Format::Text && io::stdout().is_terminal() {
+        live::run(watch, about, &quit)?
     } else {
-        Lines::new(about, arguments.format).run(watch)?;
-    }
+        Lines::new(about, arguments.format).run(watch)?
+    };
     opened.close()?;
-    Ok(Answer::Yes)
+    Ok(answer)
+}
+
+/// How a command ends that has only looked.
+pub(crate) fn answer<B: Bus>(watch: &Watch<'_, B>) -> Answer {
+    if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
 }
 
 /// What is watched, and how.
@@ -120,7 +125,7 @@ impl Lines {
         Self { about, format, told: Vec::new() }
     }
 
-    fn run<B: Bus>(mut self, mut watch: Watch<'_, B>) -> io::Result<()> {
+    fn run<B: Bus>(mut self, mut watch: Watch<'_, B>) -> io::Result<Answer> {
         self.begin(watch.subjects())?;
         let (mut seen, mut polls) = (Vec::new(), 0);
         while let Some(poll) = watch.poll() {
@@ -131,7 +136,8 @@ impl Lines {
             );
             self.poll(&mut seen, &happened)?;
         }
-        self.end(watch.now().as_nanos(), polls)
+        self.end(watch.now().as_nanos(), polls)?;
+        Ok(answer(&watch))
     }
 
     fn begin(&self, subjects: &[Subject]) -> io::Result<()> {

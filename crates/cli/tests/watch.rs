@@ -327,6 +327,22 @@ fn signals_end_a_log_with_everything_in_it() {
 }
 
 #[test]
+fn a_gateway_that_never_answers_ends_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    // A port that was free a moment ago.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("modbus-tcp://{}", listener.local_addr().unwrap());
+    drop(listener);
+    let common = ["--bus", &address, "--at", "0", "--model", "la-66", "--for", "50ms"];
+    let watch = run(folder.path(), &[&["watch"][..], &common].concat());
+    assert_eq!(watch.status.code(), Some(3));
+    assert!(text(&watch.stdout).contains("no_answer_no_connection"), "{}", text(&watch.stdout));
+    let log = run(folder.path(), &[&["log", "a.csv"][..], &common].concat());
+    assert_eq!(log.status.code(), Some(3));
+    assert!(rows(&folder.path().join("a.csv")).contains(&"0,,,no_answer_no_connection,".to_owned()));
+}
+
+#[test]
 fn failed_polls_are_rows_without_words() {
     let folder = tempfile::tempdir().unwrap();
     let (sim, address) = gateway(folder.path());

@@ -141,6 +141,7 @@ pub struct Watch<'a, B> {
     began: Instant,
     due: Instant,
     polls: u64,
+    answered: bool,
     poll: Poll,
 }
 
@@ -169,6 +170,7 @@ impl<'a, B: Bus> Watch<'a, B> {
             began,
             due: began,
             polls: 0,
+            answered: false,
             poll: Poll::default(),
         }
     }
@@ -177,6 +179,12 @@ impl<'a, B: Bus> Watch<'a, B> {
     #[must_use]
     pub fn subjects(&self) -> &[Subject] {
         &self.subjects
+    }
+
+    /// `true` if polls were made and none has brought a word.
+    #[must_use]
+    pub const fn is_unanswered(&self) -> bool {
+        self.polls > 0 && !self.answered
     }
 
     /// The time on the bus.
@@ -226,6 +234,7 @@ impl<'a, B: Bus> Watch<'a, B> {
             let (run, rest) = std::mem::take(&mut words).split_at_mut_checked(count).unwrap_or_default();
             words = rest;
             let cycle = self.bus.cycle(None, first, run);
+            self.answered |= cycle.is_ok();
             let at = cycle.map_or_else(|_| self.bus.now(), |cycle| cycle.at);
             // The run first: at its end no subject may be taken.
             for (word, subject) in run.iter().zip(subjects.by_ref()) {

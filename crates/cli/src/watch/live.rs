@@ -13,9 +13,10 @@ use encoring_words::Duration;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::About;
 use super::screen::{Screen, Update, Way};
 use super::seen::{Seen, news};
+use super::{About, answer};
+use crate::output::Answer;
 
 /// How long a key waits at most.
 const LISTEN: Real = Real::from_millis(40);
@@ -27,21 +28,23 @@ pub(crate) fn run<B: Bus + Send>(
     mut watch: Watch<'_, B>,
     about: About,
     stop: &Arc<AtomicBool>,
-) -> io::Result<()> {
+) -> io::Result<Answer> {
     let (updates, drawn) = sync_channel(WAITING);
+    let polled = &mut watch;
     thread::scope(|scope| {
         // It also sets a hook that restores the terminal before a panic's message.
         let terminal = ratatui::try_init()?;
         let restored = Restored;
         let polling = thread::Builder::new().name("polls".to_owned());
-        polling.spawn_scoped(scope, move || polls(&mut watch, &updates))?;
+        polling.spawn_scoped(scope, move || polls(polled, &updates))?;
         let ended = draw(terminal, Screen::new(about), stop, || drawn.try_recv());
         // Before the wait for the last poll, which may take a time-out.
         drop(restored);
         stop.store(true, Ordering::Relaxed);
         drop(drawn);
         ended
-    })
+    })?;
+    Ok(answer(&watch))
 }
 
 struct Restored;

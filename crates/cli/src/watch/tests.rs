@@ -128,7 +128,7 @@ fn lost(verdict: Verdict) -> Seen {
 
 #[test]
 fn a_link_that_is_down_leaves_the_last_position_as_history() {
-    let before = vec![
+    let before = [
         Seen::new(&sight(0, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
         Seen::new(&sight(1, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
     ];

@@ -278,7 +278,8 @@ impl Known {
         if blind.contains(&Blind::Code) {
             // In Gray code every number of 24 bits may be in the range.
             set.set(Parameter::MeasuringLength, DATA_MAX);
-            (set.set(Parameter::Numerator, 0xFFFF), set.set(Parameter::Denominator, 1));
+            set.set(Parameter::Numerator, 0xFFFF);
+            set.set(Parameter::Denominator, 1);
         }
         let expect = |sensor| Expectation::new(model, sensor, &set);
         let expectation = match (sensor, rotary) {

@@ -214,12 +214,24 @@ fn a_failed_poll_is_told_and_the_next_is_made_all_the_same() {
     let mut script = Script { events: vec![event], ..Script::new([Ok(5), Err(LOST), Ok(6)]) };
     let at = vec![Subject { position: 0, judge: ten_turns() }];
     let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    assert!(!watch.is_unanswered());
     assert_eq!(watch.poll().unwrap().link, [event]);
     let poll = watch.poll().unwrap();
     let sight = poll.sights[0];
     assert_eq!((sight.input, sight.out, sight.age), (None, None, None));
     assert_eq!((sight.verdict, poll.link.len()), (Verdict::NoAnswer(LOST), 0));
     assert_eq!(watch.poll().unwrap().sights[0].verdict, Verdict::Valid(6));
+}
+
+#[test]
+fn polls_that_never_brought_a_word_are_known() {
+    let mut script = Script::new([Err(LOST), Ok(5)]);
+    let at = vec![Subject { position: 0, judge: ten_turns() }];
+    let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    watch.poll();
+    assert!(watch.is_unanswered());
+    watch.poll();
+    assert!(!watch.is_unanswered());
 }
 
 #[test]
