@@ -9,7 +9,7 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
-use encoring_station::bus::{Bus, BusError, Cycle, LinkEvent, Settling};
+use encoring_station::bus::{Bus, BusError, Cycle, Inside, LinkEvent, Settling};
 use encoring_station::{Master, Simulated, Speed};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
@@ -230,6 +230,11 @@ impl Opened {
         matches!(self.bus, AnyBus::Simulated(_))
     }
 
+    /// The mark that Ctrl-C sets.
+    pub(crate) fn stop(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
+    }
+
     /// Lets a master work on an encoder; what it fails with becomes the command's failure.
     pub(crate) fn serve<T>(
         &mut self,
@@ -237,7 +242,7 @@ impl Opened {
         patience: Duration,
         work: impl FnOnce(&mut Master<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
-        let stop = Arc::clone(&self.stop);
+        let stop = self.stop();
         let failure = |failed, behind| FailureView::new(failed, target.model, behind).into_failure();
         let mut master = Master::new(&mut self.bus, target.position, patience, stop)
             .map_err(|error| failure(Failed::Bus(error), None))?;
@@ -310,5 +315,12 @@ impl Bus for AnyBus {
 
     fn link_event(&mut self) -> Option<LinkEvent> {
         self.inner().link_event()
+    }
+
+    fn inside(&self, position: usize) -> Option<Inside> {
+        match self {
+            Self::Simulated(bus) => bus.inside(position),
+            Self::Modbus(bus) => bus.inside(position),
+        }
     }
 }

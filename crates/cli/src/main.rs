@@ -10,6 +10,7 @@ mod calc;
 mod check;
 mod completions;
 mod decode;
+mod log;
 mod output;
 mod preset;
 mod probe;
@@ -18,6 +19,7 @@ mod read;
 mod replay;
 mod sim;
 mod told;
+mod watch;
 mod word_view;
 mod write;
 
@@ -51,5 +53,6 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Probe probe,
+    Watch watch, Log log,
     Completions completions,
 }

@@ -13,6 +13,7 @@ pub mod pace;
 pub mod simulated;
 pub mod station;
 pub mod view;
+pub mod watch;
 
 pub use bus::{Bus, BusError};
 pub use events::{Event, Happened};
@@ -23,3 +24,4 @@ pub use pace::Speed;
 pub use simulated::Simulated;
 pub use station::{Handle, Options, Outcome, Station, Stopped};
 pub use view::View;
+pub use watch::{Judge, Watch};

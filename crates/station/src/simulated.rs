@@ -6,8 +6,9 @@ use encoring_ring::Verdict;
 use encoring_sim::World;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Bus, BusError, Cycle, Settling};
+use crate::bus::{Bus, BusError, Cycle, Inside, Settling};
 use crate::pace::Speed;
+use crate::view::Lamps;
 
 /// The longest sleep, so that whoever waits can be interrupted.
 const SLICE: Real = Real::from_millis(20);
@@ -132,5 +133,14 @@ impl Bus for Simulated {
 
     fn settling(&self) -> Settling {
         Settling { cycles: 1, time: Duration::ZERO }
+    }
+
+    fn inside(&self, position: usize) -> Option<Inside> {
+        let node = self.world.places().get(position)?.node();
+        Some(Inside {
+            sensor: node.unit().sensor(),
+            active: node.encoder().map(|encoder| *encoder.active()),
+            lamps: Lamps::of(&self.world, position)?,
+        })
     }
 }

@@ -147,6 +147,22 @@ impl View {
     }
 }
 
+impl Lamps {
+    /// Those of the encoder at a position of `world`.
+    #[must_use]
+    pub fn of(world: &World, position: usize) -> Option<Self> {
+        let on = world.places().get(position)?.is_supplied();
+        let (ring, now) = (world.ring(), world.now());
+        let connected = ring.incoming_connected(position, now);
+        Some(Self {
+            u: on,
+            ba: on && ring.bus_active(position, now),
+            rc: on && connected,
+            rd: on && (!connected || position + 1 == world.places().len()),
+        })
+    }
+}
+
 impl DeviceView {
     fn of(world: &World, position: usize, out: OutWord, input: InWord) -> Option<Self> {
         let place = world.places().get(position)?;
@@ -168,7 +184,6 @@ impl DeviceView {
             });
         // Reading needs a memory to itself: a failing one fails here too, and shows 0.
         let mut memory = node.memory().clone();
-        let connected = world.ring().incoming_connected(position, now);
         let mut writes = |record| write_count(&mut memory, record);
         Some(Self {
             position,
@@ -191,12 +206,7 @@ impl DeviceView {
                 Some(Handshake::Busy { .. }) => "busy",
                 Some(Handshake::Acknowledged { .. }) => "acknowledged",
             },
-            lamps: Lamps {
-                u: place.is_supplied(),
-                ba: place.is_supplied() && world.ring().bus_active(position, now),
-                rc: place.is_supplied() && connected,
-                rd: place.is_supplied() && (!connected || position + 1 == world.places().len()),
-            },
+            lamps: Lamps::of(world, position)?,
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {
                 programmed: PARAMETERS

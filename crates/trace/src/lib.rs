@@ -24,6 +24,8 @@
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
 //! the column `position`.
 //!
+//! A [`log`] is what was seen on a bus, for days.
+//!
 //! ```
 //! use encoring_trace::{Input, Reader, Writer};
 //!
@@ -46,6 +48,7 @@ mod csv;
 mod error;
 mod header;
 mod lines;
+pub mod log;
 #[cfg(test)]
 mod tests;
 
@@ -53,3 +56,4 @@ pub use self::columns::{Input, Row};
 pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
 pub use self::header::{Device, Recording};
+pub use self::log::Log;

@@ -16,6 +16,8 @@ fn every_command_explains_itself_with_examples() {
         "preset",
         "check",
         "probe",
+        "watch",
+        "log",
         "completions",
     ] {
         let Run { code, out, err } = encoring(&[command, "--help"], b"");

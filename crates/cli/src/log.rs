@@ -1,0 +1,285 @@
+//! `encoring log`: what encoders show, into files, for days.
+
+use std::fmt;
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
+use std::time::{Duration as Real, Instant as Clock, SystemTime};
+
+use clap::Args;
+use encoring_station::Speed;
+use encoring_station::bus::Link;
+use encoring_station::watch::{Plan, Poll, Sight, Subject, Verdict, Watch};
+use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
+use encoring_words::Duration;
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::output::{Answer, Failure, Format, bad_input, note, print};
+use crate::sim::span;
+use crate::watch::answer;
+use crate::watch::seen::{name, seconds};
+use crate::watch::subjects::SubjectArguments;
+
+/// A power cut loses at most what came in this time.
+const FLUSH_EVERY: Real = Real::from_secs(1);
+/// How often the progress is shown.
+const SHOW_EVERY: Real = Real::from_millis(200);
+
+/// Log what encoders show, for days
+///
+/// Only reads: never writes an OUT word. A row for every encoder and poll: time, words, verdict, position. FILE.csv is
+/// always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A FILE.csv
+/// that is there is kept as FILE.1.csv if it is a log, and else refused. Every second all rows are brought onto the
+/// disk.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 2 bad usage, or FILE is no log;
+3 no poll brought a word, or the log cannot be written; what was written stays.
+
+Examples:
+  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
+  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis.toml --changes
+  encoring log day.csv --bus sim --for 1d --speed max")]
+pub(crate) struct Arguments {
+    /// The file to write; finished files become FILE.1.csv, FILE.2.csv, ...
+    #[arg(value_name = "FILE.csv")]
+    file: PathBuf,
+    #[command(flatten)]
+    subjects: SubjectArguments,
+    /// How often to look; 0: as often as the bus can
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = every)]
+    every: Duration,
+    /// Only rows in which a word or the verdict differs from the row before
+    #[arg(long)]
+    changes: bool,
+    /// Millions of bytes after which a file is full
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    rotate_mb: u32,
+    /// Finished files to keep; the oldest beyond that is deleted
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=9_999))]
+    keep: u32,
+    /// How long to log
+    #[arg(long = "for", value_name = "TIME", value_parser = span)]
+    lasting: Option<Duration>,
+    /// How fast time passes on a simulated ring: a factor from 0.001 to 1000, or max [default: 1]
+    #[arg(long, value_name = "FACTOR|max")]
+    speed: Option<Speed>,
+    /// The summary: text for people, or one JSON object for programs (docs/json.md)
+    #[arg(long, default_value = "text")]
+    format: Format,
+}
+
+fn every(text: &str) -> Result<Duration, String> {
+    if text == "0" { Ok(Duration::ZERO) } else { span(text) }
+}
+
+/// What was logged.
+#[derive(Serialize)]
+struct Summary {
+    file: String,
+    rows: u64,
+    polls: u64,
+    time_ns: u64,
+    /// Files begun.
+    files: u64,
+    verdicts: Vec<Count>,
+}
+
+#[derive(Serialize)]
+struct Count {
+    verdict: &'static str,
+    polls: u64,
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let files = if self.files == 1 { "1 file".to_owned() } else { format!("{} files", self.files) };
+        let time = seconds(self.time_ns);
+        write!(f, "{} rows of {} polls in {time} s, {files}", self.rows, self.polls)?;
+        let mut before = ": ";
+        for Count { verdict, polls } in &self.verdicts {
+            write!(f, "{before}{verdict} {polls}")?;
+            before = ", ";
+        }
+        Ok(())
+    }
+}
+
+impl From<LogError> for Failure {
+    fn from(error: LogError) -> Self {
+        match error.problem {
+            LogProblem::Foreign | LogProblem::InUse => Self::BadInput(error.to_string()),
+            LogProblem::System { .. } => Self::NoAnswer(error.to_string()),
+        }
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let mut opened = arguments.subjects.ring.open(arguments.speed.unwrap_or(Speed::REAL))?;
+    if arguments.speed.is_some() && !opened.is_simulated() {
+        return Err(bad_input("--speed: only the time of a simulated ring can be told how to pass"));
+    }
+    let subjects = arguments.subjects.subjects(&opened)?;
+    let rotation = Rotation { bytes: u64::from(arguments.rotate_mb) * 1_000_000, keep: arguments.keep };
+    let log = Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation)?;
+    let plan = Plan { every: arguments.every, lasting: arguments.lasting };
+    let stop = opened.stop();
+    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    let (summary, answer) = Logging::new(log, arguments).run(watch)?;
+    print(arguments.format, &summary)?;
+    opened.close()?;
+    Ok(answer)
+}
+
+/// What stands at the head of every file.
+#[expect(clippy::disallowed_methods, reason = "a log says when it was begun")]
+fn remarks(address: &str, subjects: &[Subject]) -> Vec<String> {
+    let now = humantime::format_rfc3339_seconds(SystemTime::now());
+    let mut remarks = vec![format!("started {now}"), format!("bus {address}")];
+    for Subject { position, judge } in subjects {
+        let mut remark = format!("encoder {position} {}", judge.model());
+        if let Some(length) = judge.measuring_length() {
+            remark += &format!(" measuring_length={length}");
+        }
+        // A simulation shows its parameters with the first poll only.
+        let blind: Vec<_> = judge.blind().iter().map(|blind| name(*blind)).collect();
+        if !blind.is_empty() && !address.starts_with("sim") {
+            remark += &format!(" cannot_judge={}", blind.join("+"));
+        }
+        remarks.push(remark);
+    }
+    remarks
+}
+
+/// A log under way.
+struct Logging<'a> {
+    log: Log,
+    arguments: &'a Arguments,
+    /// Of each encoder what the last row was made of.
+    before: Vec<(u64, Option<u32>, Option<u32>, &'static str)>,
+    verdicts: [u64; Verdict::WORDS.len()],
+    polls: u64,
+    flushed: Clock,
+    shown: Clock,
+    bar: Option<ProgressBar>,
+}
+
+impl<'a> Logging<'a> {
+    #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
+    fn new(log: Log, arguments: &'a Arguments) -> Self {
+        let now = Clock::now();
+        let verdicts = [0; Verdict::WORDS.len()];
+        let bar = io::stderr().is_terminal().then(|| bar(arguments.lasting));
+        Self { log, arguments, before: Vec::new(), verdicts, polls: 0, flushed: now, shown: now, bar }
+    }
+
+    #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
+    fn run<B: encoring_station::Bus>(
+        mut self,
+        mut watch: Watch<'_, B>,
+    ) -> Result<(Summary, Answer), LogError> {
+        let began = watch.now();
+        while let Some(poll) = watch.poll() {
+            self.poll(poll)?;
+            let now = Clock::now();
+            if now.duration_since(self.flushed) >= FLUSH_EVERY {
+                self.flushed = now;
+                self.log.flush()?;
+            }
+            if now.duration_since(self.shown) >= SHOW_EVERY {
+                self.shown = now;
+                self.show(poll.at.since(began));
+            }
+        }
+        self.log.flush()?;
+        let verdicts = Verdict::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
+        let summary = Summary {
+            file: self.arguments.file.display().to_string(),
+            rows: self.log.rows(),
+            polls: self.polls,
+            time_ns: watch.now().since(began).as_nanos(),
+            files: self.log.files(),
+            verdicts: verdicts.map(|(verdict, polls)| Count { verdict, polls }).collect(),
+        };
+        Ok((summary, answer(&watch)))
+    }
+
+    fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {
+        self.polls += 1;
+        for event in &poll.link {
+            // Every attempt would be too much for days.
+            if !matches!(event.what, Link::Failed { .. }) && event.what.is_trouble() {
+                self.tell(&format!("note: {} s: {}", seconds(event.at.as_nanos()), event.what));
+            }
+        }
+        for (k, sight) in poll.sights.iter().enumerate() {
+            if let Some(count) = self.verdicts.get_mut(sight.verdict.number()) {
+                *count += 1;
+            }
+            self.row(k, sight)?;
+        }
+        Ok(())
+    }
+
+    fn row(&mut self, k: usize, sight: &Sight) -> Result<(), LogError> {
+        let row = LogRow {
+            time_ns: sight.at.as_nanos(),
+            position: sight.position,
+            out: sight.out.map(|out| out.0),
+            input: sight.input.map(|input| input.0),
+            verdict: sight.verdict.word(),
+            value: sight.verdict.value(),
+        };
+        // Every file begins with all encoders.
+        let now = (self.log.files(), row.out, row.input, row.verdict);
+        match self.before.get_mut(k) {
+            Some(before) if *before == now && self.arguments.changes => return Ok(()),
+            Some(before) => *before = now,
+            None => self.before.push(now),
+        }
+        self.log.write(&row)
+    }
+
+    fn tell(&self, line: &str) {
+        match &self.bar {
+            Some(bar) => bar.suspend(|| note(line)),
+            None => note(line),
+        }
+    }
+
+    fn show(&self, passed: Duration) {
+        let Some(bar) = &self.bar else { return };
+        bar.set_message(format!(
+            "{} rows, {} s, file {}",
+            self.log.rows(),
+            seconds(passed.as_nanos()),
+            self.log.files()
+        ));
+        if self.arguments.lasting.is_some() {
+            bar.set_position(passed.as_nanos() / 1_000_000);
+        } else {
+            bar.tick();
+        }
+    }
+}
+
+impl Drop for Logging<'_> {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar(lasting: Option<Duration>) -> ProgressBar {
+    let (bar, template) = match lasting {
+        Some(lasting) => {
+            (ProgressBar::new(lasting.as_nanos() / 1_000_000), "{bar:30} {percent:>3} %  {msg}, {eta} left")
+        }
+        None => (ProgressBar::new_spinner(), "{spinner} {msg}; Ctrl-C ends"),
+    };
+    match ProgressStyle::with_template(template) {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}

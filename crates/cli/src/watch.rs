@@ -1,0 +1,235 @@
+//! `encoring watch`: what encoders show, as it happens.
+
+mod live;
+mod screen;
+pub(crate) mod seen;
+pub(crate) mod subjects;
+#[cfg(test)]
+mod tests;
+
+use std::io::{self, IsTerminal, Write};
+
+use clap::Args;
+use encoring_station::watch::{Plan, Subject, Watch};
+use encoring_station::{Bus, Speed};
+use encoring_words::Duration;
+use serde::Serialize;
+
+use crate::output::{Answer, Failure, Format};
+use crate::sim::span;
+use seen::{News, Seen, news, seconds};
+use subjects::SubjectArguments;
+
+/// An encoder that shows the same for so long is told of again.
+const AGAIN_AFTER: Duration = Duration::from_secs(10);
+/// Nobody reads faster.
+const EVERY_MIN: Duration = Duration::from_millis(10);
+
+/// Watch what encoders show
+///
+/// Only reads: never writes an OUT word, so a controller may go on working meanwhile. On a terminal a live view: q
+/// quits, the arrows scroll, l changes between blocks and a list. Else lines: one for each encoder at first, when
+/// something has changed, and every 10 s.
+///
+/// Parameters cannot be read without writing: behind a gateway --parameters names files with them. Without, neither
+/// range nor jumps can be judged, and it says so.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 ended by the user or by --for; 2 bad usage; 3 no poll brought a word.
+
+Examples:
+  encoring watch --bus sim
+  encoring watch --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
+  encoring watch --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis.toml
+  encoring watch --bus sim:ring.toml --for 10s --format json | jq .value")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    subjects: SubjectArguments,
+    /// How often to look
+    #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = every)]
+    every: Duration,
+    /// How long to watch
+    #[arg(long = "for", value_name = "TIME", value_parser = span)]
+    lasting: Option<Duration>,
+    /// Text for people, or one JSON object a line for programs (docs/json.md)
+    #[arg(long, default_value = "text")]
+    format: Format,
+}
+
+fn every(text: &str) -> Result<Duration, String> {
+    let every = span(text)?;
+    if every < EVERY_MIN {
+        Err("less than 10 ms; `encoring log` looks more often".to_owned())
+    } else {
+        Ok(every)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let mut opened = arguments.subjects.ring.open(Speed::REAL)?;
+    let subjects = arguments.subjects.subjects(&opened)?;
+    let plan = Plan { every: arguments.every, lasting: arguments.lasting };
+    let about =
+        About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
+    let (stop, quit) = (opened.stop(), opened.stop());
+    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    let answer = if arguments.format == Format::Text && io::stdout().is_terminal() {
+        live::run(watch, about, &quit)?
+    } else {
+        Lines::new(about, arguments.format).run(watch)?
+    };
+    opened.close()?;
+    Ok(answer)
+}
+
+/// How a command ends that has only looked.
+pub(crate) fn answer<B: Bus>(watch: &Watch<'_, B>) -> Answer {
+    if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
+}
+
+/// What is watched, and how.
+pub(crate) struct About {
+    pub(crate) address: String,
+    pub(crate) simulated: bool,
+    pub(crate) every: Duration,
+}
+
+/// What stands in the first line for programs.
+#[derive(Serialize)]
+struct Watching<'a> {
+    event: &'static str,
+    bus: &'a str,
+    simulated: bool,
+    every_ns: u64,
+    positions: Vec<usize>,
+}
+
+/// The last line for programs.
+#[derive(Serialize)]
+struct Ended {
+    event: &'static str,
+    time_ns: u64,
+    polls: u64,
+}
+
+/// The output that is no screen.
+struct Lines {
+    about: About,
+    format: Format,
+    /// Of each encoder what was last told.
+    told: Vec<Seen>,
+}
+
+impl Lines {
+    fn new(about: About, format: Format) -> Self {
+        Self { about, format, told: Vec::new() }
+    }
+
+    fn run<B: Bus>(mut self, mut watch: Watch<'_, B>) -> io::Result<Answer> {
+        self.begin(watch.subjects())?;
+        let (mut seen, mut polls) = (Vec::new(), 0);
+        while let Some(poll) = watch.poll() {
+            let (sights, happened) = (poll.sights.clone(), news(poll));
+            polls = poll.number + 1;
+            seen.extend(
+                sights.iter().zip(watch.subjects()).map(|(sight, subject)| Seen::new(sight, &subject.judge)),
+            );
+            self.poll(&mut seen, &happened)?;
+        }
+        self.end(watch.now().as_nanos(), polls)?;
+        Ok(answer(&watch))
+    }
+
+    fn begin(&self, subjects: &[Subject]) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        match self.format {
+            Format::Json => {
+                let line = Watching {
+                    event: "watching",
+                    bus: &self.about.address,
+                    simulated: self.about.simulated,
+                    every_ns: self.about.every.as_nanos(),
+                    positions: subjects.iter().map(|subject| subject.position).collect(),
+                };
+                writeln!(out, "{}", serde_json::to_string(&line)?)?;
+            }
+            Format::Text => {
+                let simulated = if self.about.simulated { ", a simulation" } else { "" };
+                writeln!(out, "{}{simulated}, looked at every {}", self.about.address, self.about.every)?;
+                writeln!(
+                    out,
+                    "      time  at  model        position  verdict            OUT       IN        handshake"
+                )?;
+            }
+        }
+        out.flush()
+    }
+
+    fn poll(&mut self, seen: &mut Vec<Seen>, happened: &[News]) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        for event in happened {
+            match self.format {
+                Format::Json => writeln!(out, "{}", serde_json::to_string(event)?)?,
+                Format::Text => writeln!(out, "{event}")?,
+            }
+        }
+        for new in seen.drain(..) {
+            let old = self.told.iter_mut().find(|old| old.position == new.position);
+            let known = old.as_ref().map(|old| old.blind.as_slice());
+            if self.format == Format::Text && known != Some(new.blind.as_slice()) {
+                for blind in &new.blind {
+                    writeln!(out, "note: position {}: {}", new.position, blind.text())?;
+                }
+            }
+            let due = old.as_ref().is_none_or(|old| {
+                old.key() != new.key()
+                    || old.blind != new.blind
+                    || new.time_ns.saturating_sub(old.time_ns) >= AGAIN_AFTER.as_nanos()
+            });
+            if !due {
+                continue;
+            }
+            match self.format {
+                Format::Json => writeln!(out, "{}", serde_json::to_string(&new)?)?,
+                Format::Text => writeln!(out, "{}", line(&new))?,
+            }
+            match old {
+                Some(old) => *old = new,
+                None => self.told.push(new),
+            }
+        }
+        out.flush()
+    }
+
+    fn end(&self, time_ns: u64, polls: u64) -> io::Result<()> {
+        let mut out = io::stdout().lock();
+        match self.format {
+            Format::Json => {
+                writeln!(out, "{}", serde_json::to_string(&Ended { event: "ended", time_ns, polls })?)?;
+            }
+            Format::Text => writeln!(out, "{polls} polls in {} s", seconds(time_ns))?,
+        }
+        out.flush()
+    }
+}
+
+/// An encoder in one line.
+fn line(seen: &Seen) -> String {
+    let value = seen.value.map_or_else(|| "-".to_owned(), |value| value.to_string());
+    let word = |word: &Option<String>| word.clone().unwrap_or_else(|| "-".to_owned());
+    let mut line = format!(
+        "{:>10}  {:>2}  {:<8}  {value:>11}  {:<17}  {:<8}  {:<8}  {}",
+        seconds(seen.time_ns),
+        seen.position,
+        seen.model,
+        seen.verdict,
+        word(&seen.out),
+        word(&seen.input),
+        seen.phase.unwrap_or("-"),
+    );
+    for text in &seen.text {
+        line += "; ";
+        line += text;
+    }
+    line
+}

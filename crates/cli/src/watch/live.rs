@@ -1,0 +1,129 @@
+//! The live view on a terminal: a thread polls, this one draws and listens to the keys.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{SyncSender, TryRecvError, sync_channel};
+use std::thread;
+use std::time::{Duration as Real, Instant as Clock};
+
+use encoring_station::Bus;
+use encoring_station::watch::Watch;
+use encoring_words::Duration;
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::screen::{Screen, Update, Way};
+use super::seen::{Seen, news};
+use super::{About, answer};
+use crate::output::Answer;
+
+/// How long a key waits at most.
+const LISTEN: Real = Real::from_millis(40);
+/// Polls that wait to be drawn.
+const WAITING: usize = 4;
+
+/// Runs until the user quits or the watch ends. The terminal is as it was afterwards, whatever happens.
+pub(crate) fn run<B: Bus + Send>(
+    mut watch: Watch<'_, B>,
+    about: About,
+    stop: &Arc<AtomicBool>,
+) -> io::Result<Answer> {
+    let (updates, drawn) = sync_channel(WAITING);
+    let polled = &mut watch;
+    thread::scope(|scope| {
+        // It also sets a hook that restores the terminal before a panic's message.
+        let terminal = ratatui::try_init()?;
+        let restored = Restored;
+        let polling = thread::Builder::new().name("polls".to_owned());
+        polling.spawn_scoped(scope, move || polls(polled, &updates))?;
+        let ended = draw(terminal, Screen::new(about), stop, || drawn.try_recv());
+        // Before the wait for the last poll, which may take a time-out.
+        drop(restored);
+        stop.store(true, Ordering::Relaxed);
+        drop(drawn);
+        ended
+    })?;
+    Ok(answer(&watch))
+}
+
+struct Restored;
+
+impl Drop for Restored {
+    fn drop(&mut self) {
+        ratatui::restore();
+    }
+}
+
+fn polls<B: Bus>(watch: &mut Watch<'_, B>, updates: &SyncSender<Update>) {
+    while let Some(poll) = watch.poll() {
+        let (sights, news, polls) = (poll.sights.clone(), news(poll), poll.number + 1);
+        let seen =
+            sights.iter().zip(watch.subjects()).map(|(sight, subject)| Seen::new(sight, &subject.judge));
+        if updates.send(Update { polls, seen: seen.collect(), news }).is_err() {
+            return;
+        }
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "the view says how long ago the last poll was")]
+fn draw(
+    mut terminal: DefaultTerminal,
+    mut screen: Screen,
+    stop: &AtomicBool,
+    mut next: impl FnMut() -> Result<Update, TryRecvError>,
+) -> io::Result<()> {
+    let mut last = Clock::now();
+    loop {
+        loop {
+            match next() {
+                Ok(update) => {
+                    screen.take(update);
+                    last = Clock::now();
+                }
+                Err(TryRecvError::Empty) => break,
+                Err(TryRecvError::Disconnected) => return Ok(()),
+            }
+        }
+        let ago = u64::try_from(last.elapsed().as_nanos()).unwrap_or(u64::MAX);
+        terminal.draw(|frame| screen.draw(frame, Duration::from_nanos(ago)))?;
+        if stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        // All keys that wait, so that a held key cannot get ahead of the drawing.
+        let mut patience = LISTEN;
+        while event::poll(patience)? {
+            if let Event::Key(key) = event::read()?
+                && Next::Quit == pressed(&mut screen, key)
+            {
+                return Ok(());
+            }
+            patience = Real::ZERO;
+        }
+    }
+}
+
+#[derive(PartialEq, Eq)]
+enum Next {
+    Stay,
+    Quit,
+}
+
+fn pressed(screen: &mut Screen, key: KeyEvent) -> Next {
+    if key.kind == KeyEventKind::Release {
+        return Next::Stay;
+    }
+    match key.code {
+        KeyCode::Char('q' | 'Q') | KeyCode::Esc => return Next::Quit,
+        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Next::Quit,
+        KeyCode::Char('l') => screen.change_view(),
+        KeyCode::Up => screen.scroll(Way::Up),
+        KeyCode::Down => screen.scroll(Way::Down),
+        KeyCode::PageUp => screen.scroll(Way::PageUp),
+        KeyCode::PageDown | KeyCode::Char(' ') => screen.scroll(Way::PageDown),
+        KeyCode::Home => screen.scroll(Way::Begin),
+        KeyCode::End => screen.scroll(Way::End),
+        _ => {}
+    }
+    Next::Stay
+}

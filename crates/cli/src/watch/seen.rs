@@ -1,0 +1,172 @@
+//! What is shown of an encoder: the same for the screen, for lines and for programs.
+
+use encoring_host::validity::Stop;
+use encoring_station::bus::Link;
+use encoring_station::view::Lamps;
+use encoring_station::watch::{Blind, Judge, Phase, Poll, Sight, Verdict};
+use encoring_words::word::{In, ServiceNumber};
+use encoring_words::{Access, Duration, InWord};
+use serde::Serialize;
+
+use crate::told::StatusView;
+
+/// An encoder at one poll.
+#[derive(Serialize)]
+pub(crate) struct Seen {
+    pub(crate) event: &'static str,
+    pub(crate) time_ns: u64,
+    pub(crate) position: usize,
+    pub(crate) device_number: String,
+    pub(crate) model: &'static str,
+    pub(crate) verdict: &'static str,
+    pub(crate) value: Option<u32>,
+    pub(crate) measuring_length: Option<u32>,
+    pub(crate) out: Option<String>,
+    #[serde(rename = "in")]
+    pub(crate) input: Option<String>,
+    pub(crate) phase: Option<&'static str>,
+    pub(crate) age_ns: Option<u64>,
+    pub(crate) lamps: Option<Lamps>,
+    pub(crate) cannot_judge: Vec<&'static str>,
+    pub(crate) status: Option<StatusView>,
+    /// The verdict in sentences; empty if all is well.
+    pub(crate) text: Vec<String>,
+    #[serde(skip)]
+    pub(crate) sight: Sight,
+    #[serde(skip)]
+    pub(crate) blind: Vec<Blind>,
+}
+
+/// What cannot be judged, in one word.
+pub(crate) const fn name(blind: Blind) -> &'static str {
+    match blind {
+        Blind::Code => "code",
+        Blind::Range => "range",
+        Blind::Motion => "motion",
+        Blind::Changed => "changed",
+    }
+}
+
+impl Seen {
+    pub(crate) fn new(sight: &Sight, judge: &Judge) -> Self {
+        let status = match sight.verdict {
+            Verdict::Faulty(Some(status)) => Some(StatusView::new(status, true, judge.model())),
+            _ => None,
+        };
+        Self {
+            event: "seen",
+            time_ns: sight.at.as_nanos(),
+            position: sight.position,
+            device_number: format!("{}.0", sight.position + 1),
+            model: judge.model().name(),
+            verdict: sight.verdict.word(),
+            value: sight.verdict.value(),
+            measuring_length: judge.measuring_length(),
+            out: sight.out.map(|word| word.to_string()),
+            input: sight.input.map(|word| word.to_string()),
+            phase: sight.phase().map(Phase::name),
+            age_ns: sight.age.map(Duration::as_nanos),
+            lamps: sight.inside.map(|inside| inside.lamps),
+            cannot_judge: judge.blind().iter().map(|blind| name(*blind)).collect(),
+            text: text(sight, status.as_ref()),
+            status,
+            sight: *sight,
+            blind: judge.blind().to_vec(),
+        }
+    }
+
+    /// What has to be told again when it changes.
+    pub(crate) fn key(&self) -> (&'static str, Option<u32>, &Option<String>, &Option<String>) {
+        (self.verdict, self.value, &self.out, &self.input)
+    }
+}
+
+fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
+    match sight.verdict {
+        Verdict::Valid(_) | Verdict::Unchecked(_) => Vec::new(),
+        Verdict::Stale { age } => vec![format!("the word may be {} old: the ring stands still", span(age))],
+        Verdict::Faulty(_) => {
+            let mut text = vec!["an error is pending: make the machine safe first".to_owned()];
+            match status {
+                Some(status) => text.extend(status.to_string().lines().map(|line| line.trim().to_owned())),
+                None => text
+                    .push("its status is not known until a data check tells it: `encoring check`".to_owned()),
+            }
+            text
+        }
+        Verdict::InService => vec![reply(sight.input.unwrap_or_default())],
+        Verdict::Implausible(why) => vec![why.to_string()],
+        Verdict::NoAnswer(error) => vec![error.to_string()],
+    }
+}
+
+fn reply(input: InWord) -> String {
+    let In::Reply(reply) = input.decode() else { return String::new() };
+    let deed = match reply.access {
+        Access::Read => "read",
+        Access::Write => "write",
+    };
+    let service = match reply.service {
+        ServiceNumber::Known(service) => format!("service {:02X} ({})", service.number(), service.name()),
+        other => format!("service {:02X}, which no encoder has", other.number()),
+    };
+    format!("a reply and no position: {deed} {service}, data {}", reply.data)
+}
+
+/// A span of time as people read it.
+pub(crate) fn span(span: Duration) -> String {
+    let us = span.as_nanos() / 1_000;
+    match us {
+        0..1_000_000 => format!("{}.{} ms", us / 1_000, us / 100 % 10),
+        _ => format!("{}.{} s", us / 1_000_000, us / 100_000 % 10),
+    }
+}
+
+/// A point of time as people read it: seconds.
+pub(crate) fn seconds(time_ns: u64) -> String {
+    format!("{}.{:03}", time_ns / 1_000_000_000, time_ns / 1_000_000 % 1_000)
+}
+
+/// Something that happened.
+#[derive(Clone, Serialize)]
+pub(crate) struct News {
+    pub(crate) event: &'static str,
+    pub(crate) time_ns: u64,
+    /// `null`: the link.
+    pub(crate) position: Option<usize>,
+    pub(crate) text: String,
+}
+
+/// What happened with a poll.
+pub(crate) fn news(poll: &Poll) -> Vec<News> {
+    let mut news: Vec<News> = Vec::new();
+    for event in &poll.link {
+        let kind = match event.what {
+            Link::Up { .. } => "link_up",
+            Link::Down { .. } => "link_down",
+            Link::Failed { .. } => "link_failed",
+        };
+        let (time_ns, text) = (event.at.as_nanos(), event.what.to_string());
+        news.push(News { event: kind, time_ns, position: None, text });
+    }
+    for sight in &poll.sights {
+        let (kind, text) = match sight.stop {
+            None => continue,
+            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned()),
+            Some(Stop::Implausible(why)) => ("implausible", why.to_string()),
+            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age))),
+        };
+        news.push(News { event: kind, time_ns: sight.at.as_nanos(), position: Some(sight.position), text });
+    }
+    news
+}
+
+impl std::fmt::Display for News {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{:>10} s  ", seconds(self.time_ns))?;
+        if let Some(position) = self.position {
+            write!(f, "position {position}: ")?;
+        }
+        f.write_str(&self.text)
+    }
+}

@@ -1,0 +1,225 @@
+//! Which encoders are looked at, and what is known of them.
+
+use std::path::Path;
+
+use clap::Args;
+use encoring_station::watch::{Judge, Subject};
+use encoring_words::model::Sensor;
+use encoring_words::{Duration, Model, Parameter};
+use encoring_workshop::ParameterFile;
+
+use crate::arguments;
+use crate::bus::{AnyBus, BusArguments, Opened};
+use crate::output::{Failure, bad_input};
+use crate::sim::span;
+
+/// The most encoders that are looked at; a ring has no more.
+const SUBJECTS_MAX: usize = 128;
+
+/// Which encoders, on which ring.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct SubjectArguments {
+    #[command(flatten)]
+    pub(crate) ring: BusArguments,
+    /// Ring positions from 0, like 2 or 0,2 or 0-2; without it all of a simulated ring
+    #[arg(long, value_name = "POSITIONS", value_parser = positions)]
+    at: Option<Positions>,
+    /// The model of all these encoders, or of each; a simulated ring knows them
+    #[arg(long, value_name = "MODEL[,MODEL..]", value_parser = arguments::model(), value_delimiter = ',')]
+    model: Vec<Model>,
+    /// Steps per turn on the rating plates, 4096 or 8192: of all, or of each
+    #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = ["4096", "8192"], value_delimiter = ',')]
+    native: Vec<String>,
+    /// The active parameters of an encoder: one file for each in the order of --at, or POSITION=FILE.toml
+    #[arg(long, value_name = "FILE.toml")]
+    parameters: Vec<String>,
+    /// A word that may be older than this is stale
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = span)]
+    stale_after: Duration,
+}
+
+/// Ring positions, each once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Positions(Vec<usize>);
+
+fn positions(text: &str) -> Result<Positions, String> {
+    let number = |text: &str| {
+        let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+        let number = text.parse::<u16>().ok().filter(|_| digits);
+        number.map(usize::from).ok_or_else(|| format!("{text:?} is no position; write 2 or 0,2 or 0-2"))
+    };
+    let mut positions = Vec::new();
+    for part in text.split(',') {
+        let (first, last) = match part.split_once('-') {
+            Some((first, last)) => (number(first)?, number(last)?),
+            None => (number(part)?, number(part)?),
+        };
+        if first > last {
+            return Err(format!("{part}: the first position is the greater one"));
+        }
+        for position in first..=last {
+            if positions.contains(&position) {
+                return Err(format!("position {position} is there twice"));
+            }
+            if positions.len() == SUBJECTS_MAX {
+                return Err(format!("more than {SUBJECTS_MAX} encoders"));
+            }
+            positions.push(position);
+        }
+    }
+    Ok(Positions(positions))
+}
+
+/// An encoder as it was asked for.
+struct Asked {
+    position: usize,
+    model: Option<Model>,
+    native: Option<u32>,
+    file: Option<(String, ParameterFile)>,
+}
+
+impl SubjectArguments {
+    /// The encoders, each with who judges it.
+    pub(crate) fn subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
+        match &opened.bus {
+            AnyBus::Simulated(ring) => {
+                if !self.parameters.is_empty() {
+                    return Err(bad_input("--parameters: a simulated ring knows those of its encoders"));
+                }
+                let all = (0..ring.world().places().len()).collect();
+                let at = self.at.clone().unwrap_or(Positions(all));
+                self.asked(&at)?.into_iter().map(|asked| self.simulated(opened, &asked)).collect()
+            }
+            AnyBus::Modbus(_) => {
+                let Some(at) = &self.at else {
+                    return Err(bad_input(
+                        "--at POSITIONS is missing, like 0-2; `encoring probe` finds the encoders of a gateway",
+                    ));
+                };
+                self.asked(at)?.into_iter().map(|asked| self.real(asked)).collect()
+            }
+        }
+    }
+
+    /// Brings the lists together.
+    fn asked(&self, at: &Positions) -> Result<Vec<Asked>, Failure> {
+        let count = at.0.len();
+        let fits = |option: &str, given: usize| match given {
+            0 | 1 => Ok(()),
+            _ if given == count => Ok(()),
+            _ => Err(bad_input(format!(
+                "{option}: {given} values for {count} encoders; give one, or one for each"
+            ))),
+        };
+        fits("--model", self.model.len())?;
+        fits("--native", self.native.len())?;
+        let of = |k: usize, given: usize| if given == 1 { 0 } else { k };
+        let mut asked: Vec<Asked> = Vec::new();
+        for (k, position) in at.0.iter().enumerate() {
+            let native = self.native.get(of(k, self.native.len()));
+            asked.push(Asked {
+                position: *position,
+                model: self.model.get(of(k, self.model.len())).copied(),
+                native: native.and_then(|steps| steps.parse().ok()),
+                file: None,
+            });
+        }
+        for (k, text) in self.parameters.iter().enumerate() {
+            let named = text
+                .split_once('=')
+                .and_then(|(position, file)| Some((position.parse::<usize>().ok()?, file)));
+            let (place, name) = match named {
+                Some((position, file)) => {
+                    let place = asked.iter_mut().find(|asked| asked.position == position);
+                    let other =
+                        || bad_input(format!("--parameters {text}: position {position} is not in --at"));
+                    (place.ok_or_else(other)?, file)
+                }
+                None if self.parameters.len() == count => match asked.get_mut(k) {
+                    Some(place) => (place, text.as_str()),
+                    None => break,
+                },
+                None => {
+                    let given = self.parameters.len();
+                    return Err(bad_input(format!(
+                        "--parameters {text}: {given} files for {count} encoders; give one for each, or write \
+                         POSITION={text}"
+                    )));
+                }
+            };
+            if place.file.is_some() {
+                return Err(bad_input(format!(
+                    "--parameters {text}: position {} has a file already",
+                    place.position
+                )));
+            }
+            let file = ParameterFile::read(Path::new(name)).map_err(bad_input)?;
+            place.file = Some((name.to_owned(), file));
+        }
+        Ok(asked)
+    }
+
+    fn simulated(&self, opened: &Opened, asked: &Asked) -> Result<Subject, Failure> {
+        let position = asked.position;
+        let Some(unit) = opened.unit(position)? else { return Err(bad_input("no simulated ring")) };
+        if let Some(model) = asked.model.filter(|model| *model != unit.model()) {
+            let found = unit.model();
+            return Err(bad_input(format!(
+                "--model {model}: the encoder at position {position} is a {found}"
+            )));
+        }
+        // Its parameters are seen with every poll.
+        let judge =
+            Judge::new(unit.model(), Some(unit.sensor()), &[], self.stale_after).map_err(bad_input)?;
+        Ok(Subject { position, judge })
+    }
+
+    fn real(&self, asked: Asked) -> Result<Subject, Failure> {
+        let Asked { position, model, native, file } = asked;
+        let from_file = file.as_ref().map(|(_, file)| file.model);
+        let Some(model) = model.or(from_file) else {
+            return Err(bad_input(
+                "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
+            ));
+        };
+        let name = file.as_ref().map_or("", |(name, _)| name.as_str());
+        if from_file.is_some_and(|other| other != model) {
+            let problem = format!("{name}: the file is not for the {model} at position {position}");
+            return Err(bad_input(problem));
+        }
+        let native = native.or(file.as_ref().and_then(|(_, file)| file.native));
+        let sensor = match (model, native) {
+            (Model::La66, _) => None,
+            (Model::Ce100M, Some(8192)) => {
+                return Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has 4096"));
+            }
+            (Model::Ce100M, _) => Some(Sensor::Rotary { steps_per_turn: 4096 }),
+            (Model::Ce65M, native) => native.map(|steps_per_turn| Sensor::Rotary { steps_per_turn }),
+        };
+        let values: Vec<(Parameter, u32)> =
+            file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();
+        let judge = Judge::new(model, sensor, &values, self.stale_after)
+            .map_err(|error| bad_input(format!("{name}: {error}")))?;
+        Ok(Subject { position, judge })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn positions_are_single_or_from_to() {
+        for (text, found) in
+            [("2", vec![2]), ("0,2", vec![0, 2]), ("0-2", vec![0, 1, 2]), ("3,0-1", vec![3, 0, 1])]
+        {
+            assert_eq!(positions(text), Ok(Positions(found)), "{text}");
+        }
+        assert_eq!(positions("0-127").unwrap().0.len(), 128);
+        for wrong in
+            ["", "-", "1-", "-1", "a", "2-1", "0,0", "0-2,1", "0,", "+1", "70000", "0-128", "0-65535"]
+        {
+            assert!(positions(wrong).is_err(), "{wrong}");
+        }
+    }
+}

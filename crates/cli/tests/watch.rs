@@ -1,0 +1,364 @@
+//! `encoring watch` and `encoring log` as their users run them.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    missing_docs,
+    reason = "a test may panic"
+)]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+
+use serde_json::Value;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(PROGRAM).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+/// What a refused call says; it prints nothing else.
+fn refused(folder: &Path, code: i32, arguments: &[&str]) -> String {
+    let output = run(folder, arguments);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "", "{arguments:?}");
+    text(&output.stderr)
+}
+
+/// A program in the background that prints lines.
+struct Running {
+    program: Child,
+    lines: BufReader<ChildStdout>,
+}
+
+impl Running {
+    fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let mut program =
+            Command::new(PROGRAM).current_dir(folder).args(arguments).stdout(Stdio::piped()).spawn().unwrap();
+        let lines = BufReader::new(program.stdout.take().unwrap());
+        Self { program, lines }
+    }
+
+    fn line(&mut self) -> String {
+        let mut line = String::new();
+        assert!(self.lines.read_line(&mut line).unwrap() > 0, "it has ended");
+        line
+    }
+
+    fn json(&mut self) -> Value {
+        serde_json::from_str(&self.line()).unwrap()
+    }
+
+    /// Reads lines until one is as wanted.
+    fn until(&mut self, wanted: impl Fn(&Value) -> bool) -> Value {
+        loop {
+            let line = self.json();
+            if wanted(&line) {
+                return line;
+            }
+        }
+    }
+
+    /// Ends it as `signal` would, and gives what it still prints.
+    fn end(mut self, signal: &str) -> String {
+        let pid = self.program.id().to_string();
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+        let mut rest = String::new();
+        self.lines.read_to_string(&mut rest).unwrap();
+        assert_eq!(self.program.wait().unwrap().code(), Some(0));
+        rest
+    }
+}
+
+/// A simulation behind Modbus, and its bus address.
+fn gateway(folder: &Path) -> (Running, String) {
+    let mut sim = Running::start(folder, &["sim", "--format", "json", "--modbus", "127.0.0.1:0"]);
+    let port = sim.json()["modbus"].as_str().unwrap().to_owned();
+    (sim, format!("modbus-tcp://{port}"))
+}
+
+fn write_out(address: &str, position: u8, word: u32) {
+    let mut client = TcpStream::connect(address.strip_prefix("modbus-tcp://").unwrap()).unwrap();
+    let pdu = [&[16, 0, 2 * position, 0, 2, 4][..], &word.to_be_bytes()].concat();
+    client.write_all(&[&[0, 1, 0, 0, 0, 11, 1][..], &pdu].concat()).unwrap();
+    let mut answer = [0; 12];
+    client.read_exact(&mut answer).unwrap();
+    assert_eq!(answer[7], 16);
+}
+
+/// A ring on which nothing moves.
+const STILL: &str = "version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nrod_mm = 500\n\
+                     motion = { kind = \"hold\", raw = 125000 }\n";
+
+/// The lines of a log behind its head of three lines and the columns, without the times.
+fn rows(file: &Path) -> Vec<String> {
+    let lines = fs::read_to_string(file).unwrap();
+    let rows = lines.lines().skip_while(|line| line.starts_with('#')).skip(1);
+    rows.map(|row| row.split_once(',').unwrap().1.to_owned()).collect()
+}
+
+#[test]
+fn without_a_terminal_there_is_a_line_for_each_encoder_at_first_and_then_for_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ring.toml"), STILL).unwrap();
+    let output =
+        run(folder.path(), &["watch", "--bus", "sim:ring.toml", "--for", "300ms", "--every", "50ms"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let out = text(&output.stdout);
+    let lines: Vec<_> = out.lines().collect();
+    assert_eq!(lines[0], "sim:ring.toml, a simulation, looked at every 50 ms");
+    assert!(
+        lines[2].ends_with("   0  la-66           12500  valid              00000000  000030D4  normal"),
+        "{out}"
+    );
+    assert!(lines[3].contains(" polls in ") && lines.len() == 4, "{out}");
+}
+
+#[test]
+fn a_program_gets_a_stream_of_objects() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["watch", "--bus", "sim", "--at", "1-2", "--for", "100ms", "--format", "json"];
+    let output = run(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let out = text(&output.stdout);
+    let lines: Vec<_> = out.lines().collect();
+    insta::assert_snapshot!("json_first", lines[0]);
+    insta::assert_snapshot!("json_seen", lines[2]);
+    let last: Value = serde_json::from_str(lines.last().unwrap()).unwrap();
+    assert_eq!((&last["event"], last["polls"].as_u64()), (&Value::from("ended"), Some(1)));
+}
+
+#[test]
+fn behind_a_gateway_services_errors_and_the_end_of_the_link_are_seen_and_nothing_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let models = "la-66,ce-100-m,ce-65-m";
+    let arguments = [
+        "watch",
+        "--bus",
+        &address,
+        "--at",
+        "0-2",
+        "--model",
+        models,
+        "--every",
+        "20ms",
+        "--stale-after",
+        "1m",
+    ];
+    let mut watch = Running::start(folder.path(), &[&arguments[..], &["--format", "json"]].concat());
+    let first = watch.until(|line| line["event"] == "seen");
+    assert_eq!((&first["verdict"], &first["lamps"]), (&Value::from("unchecked"), &Value::Null));
+    assert_eq!(first["cannot_judge"], serde_json::json!(["range", "motion"]));
+
+    write_out(&address, 1, 0xCF00_0000);
+    let reply = watch.until(|line| line["position"] == 1 && line["phase"] == "acknowledged");
+    assert_eq!((&reply["out"], &reply["in"]), (&Value::from("CF000000"), &Value::from("EF000000")));
+    assert_eq!(reply["verdict"], "faulty");
+    write_out(&address, 1, 0);
+    let pending = watch.until(|line| line["position"] == 1 && line["phase"] == "normal");
+    assert_eq!((&pending["verdict"], &pending["value"]), (&Value::from("faulty"), &Value::Null));
+    write_out(&address, 1, 0x8800_0000);
+    let check = watch.until(|line| line["position"] == 1 && line["in"] == "88000080");
+    assert_eq!(
+        (&check["verdict"], &check["phase"]),
+        (&Value::from("in_service"), &Value::from("acknowledged"))
+    );
+    write_out(&address, 1, 0);
+    watch.until(|line| line["position"] == 1 && line["verdict"] == "unchecked");
+
+    sim.end("-TERM");
+    let lost = watch.until(|line| line["position"] == 0 && line["in"].is_null());
+    assert!(lost["verdict"].as_str().unwrap().starts_with("no_answer_"), "{lost}");
+    assert!(lost["value"].is_null() && !lost["text"].as_array().unwrap().is_empty());
+    let last = watch.end("-INT");
+    assert!(last.lines().last().unwrap().starts_with(r#"{"event":"ended""#), "{last}");
+}
+
+#[test]
+fn parameters_come_from_files_behind_a_gateway() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let file = "version = 1\nmodel = \"ce-65-m\"\nnative = 4096\n[parameters]\ncounting_direction = 0\n\
+                measuring_length = 16777215\nnumerator = 4096\ndenominator = 1\n";
+    fs::write(folder.path().join("axis.toml"), file).unwrap();
+    let common =
+        ["watch", "--bus", &address, "--for", "100ms", "--format", "json", "--stale-after", "1m", "--at"];
+    let found = |arguments: &[&str]| {
+        let output = run(folder.path(), &[&common[..], arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let lines = text(&output.stdout);
+        let seen = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let seen: Vec<_> = seen.filter(|line| line["event"] == "seen").collect();
+        (seen[0]["model"].clone(), seen.last().unwrap()["verdict"].clone())
+    };
+    assert_eq!(found(&["2", "--parameters", "axis.toml"]), ("ce-65-m".into(), "valid".into()));
+    let two = ["1-2", "--model", "ce-100-m,ce-65-m", "--parameters", "2=axis.toml"];
+    assert_eq!(found(&two), ("ce-100-m".into(), "valid".into()));
+
+    for (arguments, message) in [
+        (
+            &["1-2", "--parameters", "axis.toml"][..],
+            "--parameters axis.toml: 1 files for 2 encoders; give one",
+        ),
+        (&["2", "--parameters", "3=axis.toml"], "--parameters 3=axis.toml: position 3 is not in --at"),
+        (&["2", "--parameters", "none.toml"], "none.toml: "),
+        (
+            &["2", "--model", "ce-100-m", "--parameters", "axis.toml"],
+            "axis.toml: the file is not for the ce-100-m",
+        ),
+        (&["2"], "--model MODEL is missing"),
+        (&["0-2", "--model", "la-66,la-66"], "--model: 2 values for 3 encoders"),
+        (&["1", "--model", "ce-100-m", "--native", "8192"], "--native 8192"),
+    ] {
+        let said = refused(folder.path(), 2, &[&common[..], arguments].concat());
+        assert!(said.starts_with(&format!("error: {message}")), "{said}");
+    }
+    let said = refused(folder.path(), 2, &["watch", "--bus", &address, "--model", "la-66"]);
+    assert!(said.starts_with("error: --at POSITIONS is missing"), "{said}");
+    let said = refused(folder.path(), 2, &["watch", "--bus", "sim", "--parameters", "axis.toml"]);
+    assert!(said.starts_with("error: --parameters: a simulated ring knows"), "{said}");
+    let said = refused(folder.path(), 2, &["watch", "--bus", "sim", "--at", "3"]);
+    assert!(said.starts_with("error: --at 3: no encoder at position 3"), "{said}");
+    let arguments = ["log", "a.csv", "--bus", &address, "--at", "0", "--model", "la-66", "--speed", "2"];
+    assert!(refused(folder.path(), 2, &arguments).starts_with("error: --speed: "));
+    assert!(!folder.path().join("a.csv").exists());
+    sim.end("-TERM");
+}
+
+#[test]
+fn a_log_has_a_row_for_each_encoder_and_poll() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "10", "--speed", "max"];
+    let output = run(folder.path(), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert_eq!(text(&output.stdout), "300 rows of 100 polls in 9.999 s, 1 file: valid 300\n");
+    let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    let head: Vec<_> = file.lines().take(8).collect();
+    assert!(head[0].starts_with("# encoring-log 1 started 2"), "{}", head[0]);
+    insta::assert_snapshot!("log", head[1..].join("\n"));
+    assert_eq!(rows(&folder.path().join("a.csv")).len(), 300);
+    // A second log keeps the first.
+    let json = run(folder.path(), &[&arguments[..], &["--at", "2", "--format", "json"]].concat());
+    let summary: Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!((&summary["rows"], &summary["polls"]), (&Value::from(100), &Value::from(100)));
+    assert_eq!(summary["verdicts"], serde_json::json!([{ "verdict": "valid", "polls": 100 }]));
+    assert_eq!(fs::read_to_string(folder.path().join("a.1.csv")).unwrap(), file);
+}
+
+#[test]
+fn with_changes_only_what_differs_is_logged() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("ring.toml"), STILL).unwrap();
+    let arguments = ["log", "a.csv", "--bus", "sim:ring.toml", "--for", "1h", "--speed", "max", "--changes"];
+    let output = run(folder.path(), &[&arguments[..], &["--every", "1s"]].concat());
+    assert_eq!(text(&output.stdout), "1 rows of 3600 polls in 3599.999 s, 1 file: valid 3600\n");
+    assert_eq!(rows(&folder.path().join("a.csv")), ["0,00000000,000030D4,valid,12500"]);
+}
+
+#[test]
+fn full_files_take_turns_and_the_oldest_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "100", "--speed", "max", "--every", "0"];
+    let output = run(folder.path(), &[&arguments[..], &["--rotate-mb", "1", "--keep", "2"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let mut names: Vec<_> = fs::read_dir(folder.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    assert_eq!(names, ["a.1.csv", "a.2.csv", "a.csv"]);
+    for name in ["a.1.csv", "a.2.csv"] {
+        let length = fs::metadata(folder.path().join(name)).unwrap().len();
+        assert!((999_900..=1_000_000).contains(&length), "{name} has {length}");
+        assert!(
+            fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 1 started ")
+        );
+    }
+    let last = text(&output.stdout);
+    assert!(last.contains(" rows of 14771") && last.contains(" files: valid "), "{last}");
+}
+
+#[test]
+fn what_is_no_log_is_left_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("a.csv"), "my figures\n").unwrap();
+    let said = refused(folder.path(), 2, &["log", "a.csv", "--bus", "sim", "--for", "1", "--speed", "max"]);
+    assert!(said.ends_with("a.csv: it is there and holds no log, so it was left as it is\n"), "{said}");
+    assert_eq!(fs::read_to_string(folder.path().join("a.csv")).unwrap(), "my figures\n");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn a_full_disk_and_a_missing_folder_end_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let common = ["--bus", "sim", "--for", "1", "--speed", "max"];
+    let said = refused(folder.path(), 3, &[&["log", "none/a.csv"][..], &common].concat());
+    assert!(said.starts_with("error: none/a.csv: cannot make the file: "), "{said}");
+    if Path::new("/dev/full").exists() {
+        let said = refused(folder.path(), 3, &[&["log", "/dev/full"][..], &common].concat());
+        assert!(said.starts_with("error: /dev/full: cannot write: "), "{said}");
+    }
+}
+
+#[test]
+fn signals_end_a_log_with_everything_in_it() {
+    let folder = tempfile::tempdir().unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let log = Running::start(folder.path(), &["log", "a.csv", "--bus", "sim", "--every", "10ms"]);
+        let file = folder.path().join("a.csv");
+        // Rows come with the first flush.
+        while !file.exists() || rows(&file).is_empty() {
+            std::thread::yield_now();
+        }
+        let summary = log.end(signal);
+        let counted = rows(&file).len();
+        assert!(summary.starts_with(&format!("{counted} rows of ")), "{summary}, {counted} in the file");
+        fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
+fn a_gateway_that_never_answers_ends_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    // A port that was free a moment ago.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = format!("modbus-tcp://{}", listener.local_addr().unwrap());
+    drop(listener);
+    let common = ["--bus", &address, "--at", "0", "--model", "la-66", "--for", "50ms"];
+    let watch = run(folder.path(), &[&["watch"][..], &common].concat());
+    assert_eq!(watch.status.code(), Some(3));
+    assert!(text(&watch.stdout).contains("no_answer_no_connection"), "{}", text(&watch.stdout));
+    let log = run(folder.path(), &[&["log", "a.csv"][..], &common].concat());
+    assert_eq!(log.status.code(), Some(3));
+    assert!(rows(&folder.path().join("a.csv")).contains(&"0,,,no_answer_no_connection,".to_owned()));
+}
+
+#[test]
+fn failed_polls_are_rows_without_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let at = ["--at", "0,2", "--model", "la-66,ce-65-m", "--every", "10ms", "--stale-after", "1m"];
+    let log = Running::start(folder.path(), &[&["log", "a.csv", "--bus", &address][..], &at].concat());
+    let file = folder.path().join("a.csv");
+    let wait = |wanted: &str| {
+        while !file.exists() || !rows(&file).iter().any(|row| row.contains(wanted)) {
+            std::thread::yield_now();
+        }
+    };
+    wait("2,00000000,");
+    sim.end("-TERM");
+    wait("0,,,no_answer_");
+    let summary = log.end("-TERM");
+    assert!(summary.contains("unchecked ") && summary.contains("no_answer_no_connection "), "{summary}");
+    let head = fs::read_to_string(&file).unwrap();
+    assert!(head.contains("# encoder 2 ce-65-m cannot_judge=code+range+motion\n"), "{head}");
+}

@@ -1,0 +1,269 @@
+//! Looks at encoders of a bus, poll after poll, and judges what they show. It never writes an OUT word.
+
+mod judge;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use encoring_host::Seen;
+use encoring_host::validity::Stop;
+use encoring_words::{Duration, InWord, Instant, OutWord};
+
+pub use judge::{Blind, Judge, Verdict};
+
+use crate::bus::{Bus, BusError, Inside, LinkEvent};
+
+/// How long a wait may be before the stop mark is looked at.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// When the polls are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// From one poll to the next; zero: as often as the bus can.
+    pub every: Duration,
+    /// When to end, from the first poll on.
+    pub lasting: Option<Duration>,
+}
+
+/// An encoder that is looked at.
+#[derive(Clone, Debug)]
+pub struct Subject {
+    /// Its ring position.
+    pub position: usize,
+    /// Who judges its words.
+    pub judge: Judge,
+}
+
+/// What a poll brought.
+#[derive(Clone, Debug, Default)]
+pub struct Poll {
+    /// Counted from 0.
+    pub number: u64,
+    /// When it was over.
+    pub at: Instant,
+    /// The encoders, in the order of their positions.
+    pub sights: Vec<Sight>,
+    /// What happened to the link.
+    pub link: Vec<LinkEvent>,
+}
+
+/// What a poll brought of one encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sight {
+    /// Its ring position.
+    pub position: usize,
+    /// When its word came, or did not.
+    pub at: Instant,
+    /// The IN word.
+    pub input: Option<InWord>,
+    /// How old that may be.
+    pub age: Option<Duration>,
+    /// The OUT word as it stood a little later, so that both together are a phase of the handshake that was.
+    pub out: Option<OutWord>,
+    /// What the IN word is worth.
+    pub verdict: Verdict,
+    /// A reason to stop the machine that was not there before.
+    pub stop: Option<Stop>,
+    /// What only a simulation shows.
+    pub inside: Option<Inside>,
+}
+
+/// The steps of the handshake that can be told apart from outside: by bit 31 of both words [R31..R40].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// OUT 0, IN 0: the position is shown.
+    Normal,
+    /// OUT 1, IN 0: the encoder has a request to carry out, or ignores one.
+    Requested,
+    /// OUT 1, IN 1: the reply is shown.
+    Acknowledged,
+    /// OUT 0, IN 1: the master has ended the request, the encoder not yet.
+    Ending,
+}
+
+impl Phase {
+    /// The phase that two words show.
+    #[must_use]
+    pub const fn of(out: OutWord, input: InWord) -> Self {
+        match (out.service_bit(), input.service_bit()) {
+            (false, false) => Self::Normal,
+            (true, false) => Self::Requested,
+            (true, true) => Self::Acknowledged,
+            (false, true) => Self::Ending,
+        }
+    }
+
+    /// Its name.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Normal => "normal",
+            Self::Requested => "requested",
+            Self::Acknowledged => "acknowledged",
+            Self::Ending => "ending",
+        }
+    }
+
+    /// The step of the manuals' five that it is in.
+    #[must_use]
+    pub const fn step(self) -> &'static str {
+        match self {
+            Self::Normal => "1",
+            Self::Requested => "2",
+            Self::Acknowledged => "3",
+            Self::Ending => "4",
+        }
+    }
+}
+
+impl Sight {
+    /// The phase of the handshake, if both words were seen.
+    #[must_use]
+    pub fn phase(&self) -> Option<Phase> {
+        self.out.zip(self.input).map(|(out, input)| Phase::of(out, input))
+    }
+}
+
+/// Polls of a bus, one after the other.
+#[derive(Debug)]
+pub struct Watch<'a, B> {
+    bus: &'a mut B,
+    plan: Plan,
+    stop: Arc<AtomicBool>,
+    subjects: Vec<Subject>,
+    /// First position and number of encoders that follow one another.
+    runs: Vec<(usize, usize)>,
+    input: Vec<InWord>,
+    /// The OUT words can be read, as far as is known.
+    out_readable: bool,
+    began: Instant,
+    due: Instant,
+    polls: u64,
+    answered: bool,
+    poll: Poll,
+}
+
+impl<'a, B: Bus> Watch<'a, B> {
+    /// Polls of these encoders, until `stop` is set. A position is looked at once.
+    #[must_use]
+    pub fn new(bus: &'a mut B, mut subjects: Vec<Subject>, plan: Plan, stop: Arc<AtomicBool>) -> Self {
+        subjects.sort_by_key(|subject| subject.position);
+        subjects.dedup_by_key(|subject| subject.position);
+        let mut runs: Vec<(usize, usize)> = Vec::new();
+        for Subject { position, .. } in &subjects {
+            match runs.last_mut() {
+                Some((first, count)) if *first + *count == *position => *count += 1,
+                _ => runs.push((*position, 1)),
+            }
+        }
+        let began = bus.now();
+        Self {
+            bus,
+            plan,
+            stop,
+            input: vec![InWord(0); subjects.len()],
+            subjects,
+            runs,
+            out_readable: true,
+            began,
+            due: began,
+            polls: 0,
+            answered: false,
+            poll: Poll::default(),
+        }
+    }
+
+    /// The encoders.
+    #[must_use]
+    pub fn subjects(&self) -> &[Subject] {
+        &self.subjects
+    }
+
+    /// `true` if polls were made and none has brought a word.
+    #[must_use]
+    pub const fn is_unanswered(&self) -> bool {
+        self.polls > 0 && !self.answered
+    }
+
+    /// The time on the bus.
+    #[must_use]
+    pub fn now(&self) -> Instant {
+        self.bus.now()
+    }
+
+    /// Waits for the next poll and makes it. `None` when it is to end.
+    pub fn poll(&mut self) -> Option<&Poll> {
+        let end = self.plan.lasting.map(|lasting| self.began + lasting);
+        self.wait(end.map_or(self.due, |end| end.min(self.due)));
+        if self.stop.load(Ordering::Relaxed) || end.is_some_and(|end| self.due.max(self.bus.now()) >= end) {
+            return None;
+        }
+        // Polls that were missed are not made up for.
+        let late = self.bus.now().since(self.due).as_nanos();
+        let every = self.plan.every.as_nanos();
+        self.due = match late.checked_div(every) {
+            Some(missed) => self.due + Duration(every.saturating_mul(missed.saturating_add(1))),
+            None => self.bus.now(),
+        };
+        self.poll.number = self.polls;
+        self.polls += 1;
+        self.look();
+        Some(&self.poll)
+    }
+
+    fn wait(&mut self, until: Instant) {
+        loop {
+            let now = self.bus.now();
+            // Also without anything to wait for: a ring at real speed must not run ahead of the clock.
+            self.bus.wait(SLICE.min(until.since(now)));
+            let stopped = self.stop.load(Ordering::Relaxed);
+            if stopped || self.bus.now() >= until || self.bus.now() == now {
+                return;
+            }
+        }
+    }
+
+    fn look(&mut self) {
+        self.poll.sights.clear();
+        self.poll.link.clear();
+        let (mut subjects, mut words) = (self.subjects.iter_mut(), self.input.as_mut_slice());
+        let mut ask = self.out_readable;
+        for &(first, count) in &self.runs {
+            let (run, rest) = std::mem::take(&mut words).split_at_mut_checked(count).unwrap_or_default();
+            words = rest;
+            let cycle = self.bus.cycle(None, first, run);
+            self.answered |= cycle.is_ok();
+            let at = cycle.map_or_else(|_| self.bus.now(), |cycle| cycle.at);
+            // The run first: at its end no subject may be taken.
+            for (word, subject) in run.iter().zip(subjects.by_ref()) {
+                let position = subject.position;
+                let seen = cycle.map(|cycle| Seen { input: *word, age: cycle.age });
+                let out = (seen.is_ok() && ask).then(|| self.bus.out(position));
+                match out {
+                    Some(Err(BusError::Refused { .. })) => (ask, self.out_readable) = (false, false),
+                    // The rest would wait for nothing too.
+                    Some(Err(_)) => ask = false,
+                    Some(Ok(_)) | None => {}
+                }
+                let inside = self.bus.inside(position);
+                let (verdict, stop) = subject.judge.judge(at, seen, inside);
+                self.poll.sights.push(Sight {
+                    position,
+                    at,
+                    input: seen.ok().map(|seen| seen.input),
+                    age: seen.ok().map(|seen| seen.age),
+                    out: out.and_then(Result::ok),
+                    verdict,
+                    stop,
+                    inside,
+                });
+            }
+        }
+        while let Some(event) = self.bus.link_event() {
+            self.poll.link.push(event);
+        }
+        self.poll.at = self.bus.now();
+    }
+}

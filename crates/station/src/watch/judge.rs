@@ -1,0 +1,299 @@
+//! What an IN word is worth to somebody who only looks: [`encoring_host::validity`] with what is known of the encoder,
+//! be it all, a part or nothing.
+
+use std::num::NonZeroU32;
+
+use encoring_host::Seen;
+use encoring_host::validity::{Expectation, Limits, NoExpectation, Position, Recovery, Stop, Validity, Why};
+use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor};
+use encoring_words::parameter::PARAMETERS;
+use encoring_words::word::{DATA_MAX, In, ServiceFields, ServiceNumber};
+use encoring_words::{Access, Duration, ErrorStatus, Instant, Model, Parameter, ParameterSet, Service};
+
+use crate::bus::{BusError, Inside};
+
+/// After so many positions that fit one another a jump is over: somebody who only looks cannot ask why it was.
+const JUMP_OVER: NonZeroU32 = NonZeroU32::MIN.saturating_add(9);
+
+/// What an IN word is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// A position that nothing speaks against.
+    Valid(u32),
+    /// The same, but not everything could be judged: see [`Judge::blind`].
+    Unchecked(u32),
+    /// The word is too old.
+    Stale {
+        /// How old it may be.
+        age: Duration,
+    },
+    /// Bit 29 is set; the error status, if the reply to a data check was seen since.
+    Faulty(Option<ErrorStatus>),
+    /// A reply.
+    InService,
+    /// It cannot be true.
+    Implausible(Why),
+    /// The poll failed.
+    NoAnswer(BusError),
+}
+
+impl Verdict {
+    /// Every word that [`Verdict::word`] can be.
+    pub const WORDS: [&'static str; 15] = [
+        "valid",
+        "unchecked",
+        "stale",
+        "faulty",
+        "in_service",
+        "implausible_bits",
+        "implausible_range",
+        "implausible_off_the_rod",
+        "implausible_speed",
+        "implausible_acceleration",
+        "no_answer_in_time",
+        "no_answer_no_connection",
+        "no_answer_refused",
+        "no_answer_garbled",
+        "no_answer_no_encoder",
+    ];
+
+    /// One word for it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        Self::WORDS.get(self.number()).copied().unwrap_or_default()
+    }
+
+    /// Its place in [`Verdict::WORDS`].
+    #[must_use]
+    pub const fn number(self) -> usize {
+        match self {
+            Self::Valid(_) => 0,
+            Self::Unchecked(_) => 1,
+            Self::Stale { .. } => 2,
+            Self::Faulty(_) => 3,
+            Self::InService => 4,
+            Self::Implausible(Why::Foreign(_)) => 5,
+            Self::Implausible(Why::Range { .. }) => 6,
+            Self::Implausible(Why::OffTheRod { .. }) => 7,
+            Self::Implausible(Why::Speed { .. }) => 8,
+            Self::Implausible(Why::Acceleration { .. }) => 9,
+            Self::NoAnswer(BusError::NoAnswer { .. }) => 10,
+            Self::NoAnswer(BusError::NoConnection(_)) => 11,
+            Self::NoAnswer(BusError::Refused { .. }) => 12,
+            Self::NoAnswer(BusError::Garbled { .. }) => 13,
+            Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 14,
+        }
+    }
+
+    /// The position in steps, if there is one.
+    #[must_use]
+    pub const fn value(self) -> Option<u32> {
+        match self {
+            Self::Valid(value) | Self::Unchecked(value) => Some(value),
+            _ => None,
+        }
+    }
+}
+
+/// What cannot be judged, for want of parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Blind {
+    /// Service 01 is not known, so a position may be in Gray code.
+    Code,
+    /// Service 02 is not known, so no position is too large.
+    Range,
+    /// Services 02, 03 and 09 are not known, so no jump is impossible.
+    Motion,
+    /// Parameters were written meanwhile.
+    Changed,
+}
+
+impl Blind {
+    /// In words.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Code => "the code (service 01) is not known: the position is taken as binary",
+            Self::Range => "the measuring length (service 02) is not known: no position is too large",
+            Self::Motion => "the scaling (services 02, 03, 09) is not known: no jump is noticed",
+            Self::Changed => "parameters were written since: what was known of them no longer counts",
+        }
+    }
+}
+
+/// Judges the words of one encoder.
+#[derive(Clone, Debug)]
+pub struct Judge {
+    model: Model,
+    stale_after: Duration,
+    validity: Validity,
+    measuring_length: Option<u32>,
+    blind: Vec<Blind>,
+    /// What the simulation last showed.
+    active: Option<ParameterSet>,
+}
+
+impl Judge {
+    /// With the active values of some parameters, or none, and the sensor if it is known. A word that may be older than
+    /// `stale_after` is stale.
+    ///
+    /// # Errors
+    /// [`NoExpectation`] if no encoder can have these values active.
+    pub fn new(
+        model: Model,
+        sensor: Option<Sensor>,
+        values: &[(Parameter, u32)],
+        stale_after: Duration,
+    ) -> Result<Self, NoExpectation> {
+        let Known { expectation, limited, blind, measuring_length } = Known::new(model, sensor, values)?;
+        let mut limits = Limits::of(model, Duration::ZERO);
+        if limited {
+            (limits.speed_rpm, limits.acceleration_rad_s2) = (None, None);
+        }
+        limits.stale_after = stale_after;
+        limits.recovery = Recovery::After(JUMP_OVER);
+        let validity = Validity::new(expectation, limits);
+        Ok(Self { model, stale_after, validity, measuring_length, blind, active: None })
+    }
+
+    /// The model.
+    #[must_use]
+    pub const fn model(&self) -> Model {
+        self.model
+    }
+
+    /// The measuring length in steps, if it is known.
+    #[must_use]
+    pub const fn measuring_length(&self) -> Option<u32> {
+        self.measuring_length
+    }
+
+    /// What cannot be judged.
+    #[must_use]
+    pub fn blind(&self) -> &[Blind] {
+        &self.blind
+    }
+
+    /// Judges what a poll brought, and whether it is a new reason to stop the machine.
+    pub fn judge(
+        &mut self,
+        now: Instant,
+        seen: Result<Seen, BusError>,
+        inside: Option<Inside>,
+    ) -> (Verdict, Option<Stop>) {
+        self.learn(inside);
+        let mut stop = None;
+        let position = self.validity.judge(now, seen.ok(), &mut |reason| stop = Some(reason));
+        let verdict = match (seen, position) {
+            (Err(error), _) => Verdict::NoAnswer(error),
+            (_, Position::Valid(value)) if self.blind.is_empty() => Verdict::Valid(value),
+            (_, Position::Valid(value)) => Verdict::Unchecked(value),
+            (_, Position::Stale { age, .. }) => Verdict::Stale { age },
+            (_, Position::Faulty(status)) => Verdict::Faulty(status),
+            (_, Position::InService) => Verdict::InService,
+            (_, Position::Implausible(why)) => Verdict::Implausible(why),
+        };
+        if let Ok(Seen { input, .. }) = seen
+            && let In::Reply(reply) = input.decode()
+        {
+            self.follow(reply, inside.is_some());
+        }
+        (verdict, stop)
+    }
+
+    /// Takes over what a simulation shows.
+    fn learn(&mut self, inside: Option<Inside>) {
+        let Some(Inside { sensor, active: Some(active), .. }) = inside else { return };
+        if self.active == Some(active) {
+            return;
+        }
+        let values = PARAMETERS.map(|parameter| (parameter, active.value(parameter)));
+        if let Ok(new) = Self::new(self.model, Some(sensor), &values, self.stale_after) {
+            *self = Self { active: Some(active), ..new };
+        }
+    }
+
+    /// A service of somebody else's was carried out: what it changes is known no longer.
+    fn follow(&mut self, reply: ServiceFields, simulated: bool) {
+        let ServiceFields {
+            access: Access::Write, error: false, service: ServiceNumber::Known(service), ..
+        } = reply
+        else {
+            return;
+        };
+        match service {
+            Service::PresetAdjustment => self.validity.rebase(),
+            Service::CountingDirection
+            | Service::MeasuringLength
+            | Service::Numerator
+            | Service::Denominator
+                if !simulated && !self.blind.contains(&Blind::Changed) =>
+            {
+                if let Ok(mut new) = Self::new(self.model, None, &[], self.stale_after) {
+                    new.blind.push(Blind::Changed);
+                    *self = new;
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What follows from the parameters that are known.
+struct Known {
+    expectation: Expectation,
+    /// Without limits of the movement.
+    limited: bool,
+    blind: Vec<Blind>,
+    measuring_length: Option<u32>,
+}
+
+impl Known {
+    fn new(model: Model, sensor: Option<Sensor>, values: &[(Parameter, u32)]) -> Result<Self, NoExpectation> {
+        let value =
+            |wanted| values.iter().find(|(parameter, _)| *parameter == wanted).map(|(_, value)| *value);
+        let measuring_length = value(Parameter::MeasuringLength);
+        let (numerator, denominator) = (value(Parameter::Numerator), value(Parameter::Denominator));
+        let mut blind = Vec::new();
+        if model == Model::Ce65M && value(Parameter::CountingDirection).is_none() {
+            blind.push(Blind::Code);
+        }
+        if measuring_length.is_none() {
+            blind.push(Blind::Range);
+        }
+        let rotary = model != Model::La66;
+        if measuring_length.is_none() || rotary && (numerator.is_none() || denominator.is_none()) {
+            blind.push(Blind::Motion);
+        }
+        let limited = !blind.is_empty();
+        let mut set = ParameterSet::factory(Sensor::Rotary { steps_per_turn: 4096 });
+        for (parameter, value) in values {
+            set.set(*parameter, *value);
+        }
+        if blind.contains(&Blind::Motion) {
+            // A range of so many turns takes every measuring length.
+            set.set(Parameter::Numerator, 0xFFFF);
+            set.set(Parameter::Denominator, 1);
+        }
+        if blind.contains(&Blind::Code) {
+            // In Gray code every number of 24 bits may be in the range.
+            set.set(Parameter::MeasuringLength, DATA_MAX);
+            set.set(Parameter::Numerator, 0xFFFF);
+            set.set(Parameter::Denominator, 1);
+        }
+        let expect = |sensor| Expectation::new(model, sensor, &set);
+        let expectation = match (sensor, rotary) {
+            (Some(sensor), _) => expect(sensor),
+            // The rod only matters with a limit of its speed, and there is none.
+            (None, false) => expect(Sensor::Linear {
+                rod_um: set.measuring_length().saturating_mul(10).clamp(ROD_UM_MIN, ROD_UM_MAX),
+            }),
+            // With fewer steps per turn a position is less exact, so less is called impossible.
+            (None, true) => expect(Sensor::Rotary { steps_per_turn: 4096 }).or_else(|refused| match model {
+                Model::Ce65M => expect(Sensor::Rotary { steps_per_turn: 8192 }),
+                Model::La66 | Model::Ce100M => Err(refused),
+            }),
+        }?;
+        Ok(Self { expectation, limited, blind, measuring_length })
+    }
+}

@@ -1,0 +1,407 @@
+#![allow(clippy::panic, clippy::float_cmp, reason = "a test may panic")]
+
+use super::*;
+use crate::bus::{Cause, Cycle, Link, Settling};
+use crate::{Simulated, Speed};
+use encoring_host::validity::Why;
+use encoring_sim::scenario::{Change, LineFault};
+use encoring_sim::{Scenario, World};
+use encoring_words::model::Sensor;
+use encoring_words::{Duration, ErrorStatus, Model, Parameter};
+use std::collections::VecDeque;
+use std::io::ErrorKind;
+
+const STALE: Duration = Duration::from_millis(100);
+const EVERY: Plan = Plan { every: Duration::from_millis(100), lasting: None };
+
+fn mark() -> Arc<AtomicBool> {
+    Arc::new(AtomicBool::new(false))
+}
+
+fn built_in() -> Simulated {
+    Simulated::new(World::new(&Scenario::built_in().unwrap()).unwrap(), Speed::Max)
+}
+
+fn subjects(ring: &Simulated) -> Vec<Subject> {
+    let units = ring.world().places().iter().map(|place| *place.node().unit());
+    let judge =
+        |unit: encoring_encoder::Unit| Judge::new(unit.model(), Some(unit.sensor()), &[], STALE).unwrap();
+    units.enumerate().map(|(position, unit)| Subject { position, judge: judge(unit) }).collect()
+}
+
+/// A bus that shows what it is told, one word after the other.
+struct Script {
+    now: Instant,
+    /// IN words of position 0, or why there is none.
+    words: VecDeque<Result<u32, BusError>>,
+    out: Result<OutWord, BusError>,
+    asked_out: u32,
+    cycles: Vec<(usize, usize)>,
+    writes: u32,
+    events: Vec<LinkEvent>,
+}
+
+impl Script {
+    fn new(words: impl IntoIterator<Item = Result<u32, BusError>>) -> Self {
+        Self {
+            now: Instant::ZERO,
+            words: words.into_iter().collect(),
+            out: Ok(OutWord(0)),
+            asked_out: 0,
+            cycles: Vec::new(),
+            writes: 0,
+            events: Vec::new(),
+        }
+    }
+}
+
+impl Bus for Script {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn out(&mut self, _position: usize) -> Result<OutWord, BusError> {
+        self.asked_out += 1;
+        self.out
+    }
+
+    fn cycle(
+        &mut self,
+        write: Option<(usize, OutWord)>,
+        first: usize,
+        input: &mut [InWord],
+    ) -> Result<Cycle, BusError> {
+        self.writes += u32::from(write.is_some());
+        self.cycles.push((first, input.len()));
+        self.now = self.now + Duration::from_millis(1);
+        let word = self.words.pop_front().unwrap_or(Ok(0))?;
+        input.iter_mut().for_each(|input| *input = InWord(word));
+        Ok(Cycle { at: self.now, age: Duration::from_millis(1) })
+    }
+
+    fn wait(&mut self, span: Duration) {
+        self.now = self.now + span;
+    }
+
+    fn settling(&self) -> Settling {
+        Settling { cycles: 1, time: Duration::ZERO }
+    }
+
+    fn link_event(&mut self) -> Option<LinkEvent> {
+        self.events.pop()
+    }
+}
+
+/// What a judge makes of one word after the other, 100 ms apart.
+fn verdicts(judge: Judge, words: impl IntoIterator<Item = Result<u32, BusError>>) -> Vec<Verdict> {
+    let mut script = Script::new(words);
+    let polls = script.words.len();
+    let subjects = vec![Subject { position: 0, judge }];
+    let mut watch = Watch::new(&mut script, subjects, EVERY, mark());
+    (0..polls).map(|_| watch.poll().unwrap().sights[0].verdict).collect()
+}
+
+fn blind(model: Model) -> Judge {
+    Judge::new(model, None, &[], STALE).unwrap()
+}
+
+/// 10 turns of 1000 steps.
+fn ten_turns() -> Judge {
+    let values = [
+        (Parameter::CountingDirection, 0),
+        (Parameter::MeasuringLength, 9_999),
+        (Parameter::Numerator, 10),
+        (Parameter::Denominator, 1),
+    ];
+    Judge::new(Model::Ce65M, None, &values, STALE).unwrap()
+}
+
+const LOST: BusError = BusError::NoConnection(Cause::System(ErrorKind::ConnectionRefused));
+
+#[test]
+fn minutes_of_the_built_in_ring_are_valid_throughout() {
+    let mut ring = built_in();
+    let subjects = subjects(&ring);
+    let plan = Plan { every: Duration::from_millis(100), lasting: Some(Duration::from_secs(200)) };
+    let mut watch = Watch::new(&mut ring, subjects, plan, mark());
+    let mut polls = 0;
+    while let Some(poll) = watch.poll() {
+        polls += 1;
+        for sight in &poll.sights {
+            assert!(matches!(sight.verdict, Verdict::Valid(_)), "{sight:?}");
+            assert_eq!((sight.out, sight.phase()), (Some(OutWord(0)), Some(Phase::Normal)));
+            let lamps = sight.inside.unwrap().lamps;
+            assert!(lamps.u && lamps.ba && lamps.rc && lamps.rd == (sight.position == 2));
+        }
+    }
+    assert_eq!(polls, 2_000);
+    assert!(watch.subjects().iter().all(|subject| subject.judge.blind().is_empty()));
+    assert_eq!(watch.subjects()[0].judge.measuring_length(), Some(50_000));
+}
+
+#[test]
+fn polls_come_at_their_times_without_drift() {
+    let mut ring = built_in();
+    let subjects = subjects(&ring);
+    let mut watch = Watch::new(&mut ring, subjects, EVERY, mark());
+    let first = watch.poll().unwrap().at.as_nanos();
+    for k in 1..500_u64 {
+        let at = watch.poll().unwrap().at.as_nanos();
+        assert!(at.abs_diff(first + k * 100_000_000) <= 2 * 677_000, "poll {k} at {at}");
+    }
+}
+
+#[test]
+fn without_a_pause_every_cycle_of_the_ring_is_seen_once() {
+    let mut ring = built_in();
+    let subjects = subjects(&ring);
+    let plan = Plan { every: Duration::ZERO, lasting: Some(Duration::from_millis(100)) };
+    let mut watch = Watch::new(&mut ring, subjects, plan, mark());
+    let mut before = watch.now();
+    let mut polls = 0;
+    while let Some(poll) = watch.poll() {
+        assert_eq!(poll.at.since(before), Duration::from_micros(677));
+        before = poll.at;
+        polls += 1;
+    }
+    assert_eq!(polls, 148);
+}
+
+#[test]
+fn a_ring_that_stands_still_is_stale_and_an_encoder_without_supply_is_known_by_its_lamps() {
+    let mut ring = built_in();
+    let encoders = subjects(&ring);
+    let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
+    watch.poll();
+    drop(watch);
+    ring.world_mut().trouble(1, LineFault::Silent, Duration::from_secs(1));
+    ring.world_mut().change(2, &[Change::Supply(0)]);
+    let encoders = subjects(&ring);
+    let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
+    let words: Vec<_> = (0..3).map(|_| watch.poll().unwrap().sights[0].verdict.word()).collect();
+    assert_eq!(words.last(), Some(&"stale"), "{words:?}");
+    assert!(!watch.poll().unwrap().sights[2].inside.unwrap().lamps.u);
+}
+
+#[test]
+fn it_never_writes_and_reads_neighbours_together() {
+    let mut script = Script::new([]);
+    let at = [5, 0, 1, 2, 1].map(|position| Subject { position, judge: blind(Model::La66) });
+    let mut watch = Watch::new(&mut script, at.to_vec(), EVERY, mark());
+    let positions: Vec<_> = watch.poll().unwrap().sights.iter().map(|sight| sight.position).collect();
+    assert_eq!(positions, [0, 1, 2, 5]);
+    assert_eq!((script.cycles, script.asked_out, script.writes), (vec![(0, 3), (5, 1)], 4, 0));
+}
+
+#[test]
+fn a_gateway_that_does_not_tell_the_out_words_is_asked_once() {
+    let refused = BusError::Refused { function: 3, register: 0, exception: 1 };
+    for (error, asked) in [(refused, 1), (BusError::NoAnswer { within: STALE }, 3)] {
+        let mut script = Script { out: Err(error), ..Script::new([]) };
+        let at = [0, 1].map(|position| Subject { position, judge: blind(Model::La66) });
+        let mut watch = Watch::new(&mut script, at.to_vec(), EVERY, mark());
+        for _ in 0..3 {
+            let sight = watch.poll().unwrap().sights[0];
+            assert_eq!((sight.out, sight.phase(), sight.verdict), (None, None, Verdict::Unchecked(0)));
+        }
+        assert_eq!(script.asked_out, asked);
+    }
+}
+
+#[test]
+fn a_failed_poll_is_told_and_the_next_is_made_all_the_same() {
+    let event = LinkEvent { at: Instant(7), what: Link::Up { down_for: Duration::ZERO } };
+    let mut script = Script { events: vec![event], ..Script::new([Ok(5), Err(LOST), Ok(6)]) };
+    let at = vec![Subject { position: 0, judge: ten_turns() }];
+    let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    assert!(!watch.is_unanswered());
+    assert_eq!(watch.poll().unwrap().link, [event]);
+    let poll = watch.poll().unwrap();
+    let sight = poll.sights[0];
+    assert_eq!((sight.input, sight.out, sight.age), (None, None, None));
+    assert_eq!((sight.verdict, poll.link.len()), (Verdict::NoAnswer(LOST), 0));
+    assert_eq!(watch.poll().unwrap().sights[0].verdict, Verdict::Valid(6));
+}
+
+#[test]
+fn polls_that_never_brought_a_word_are_known() {
+    let mut script = Script::new([Err(LOST), Ok(5)]);
+    let at = vec![Subject { position: 0, judge: ten_turns() }];
+    let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    watch.poll();
+    assert!(watch.is_unanswered());
+    watch.poll();
+    assert!(!watch.is_unanswered());
+}
+
+#[test]
+fn it_stops_when_it_is_told_to_and_after_its_time() {
+    let stop = mark();
+    let mut script = Script::new([]);
+    let at = || vec![Subject { position: 0, judge: blind(Model::La66) }];
+    let long = Plan { every: Duration::from_secs(1_000_000), lasting: None };
+    let mut watch = Watch::new(&mut script, at(), long, Arc::clone(&stop));
+    assert!(watch.poll().is_some());
+    stop.store(true, Ordering::Relaxed);
+    assert!(watch.poll().is_none());
+    assert!(script.now < Instant(1_000_000_000));
+    let plan = Plan { lasting: Some(Duration::from_secs(1)), ..EVERY };
+    let mut watch = Watch::new(&mut script, at(), plan, mark());
+    let polls = std::iter::from_fn(|| watch.poll().map(|poll| poll.number)).count();
+    assert_eq!(polls, 10);
+}
+
+#[test]
+fn a_late_poll_is_not_made_up_for() {
+    let mut script = Script::new([]);
+    let at = vec![Subject { position: 0, judge: blind(Model::La66) }];
+    let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    watch.poll();
+    watch.bus.now = Instant(10_000_000_000);
+    let late: Vec<u64> = (0..3).map(|_| watch.poll().unwrap().at.as_nanos() / 1_000_000).collect();
+    assert_eq!(late, [10_001, 10_101, 10_201]);
+}
+
+#[test]
+fn the_phases_are_those_of_bit_31_in_both_words() {
+    for (out, input, name) in [
+        (0, 0, "normal"),
+        (0x8200_0000, 0x0000_1234, "requested"),
+        (0x8200_0000, 0x8200_270F, "acknowledged"),
+        (0x0200_0000, 0x8200_270F, "ending"),
+    ] {
+        assert_eq!(Phase::of(OutWord(out), InWord(input)).name(), name);
+    }
+}
+
+#[test]
+fn with_all_parameters_everything_is_judged() {
+    let words = [0, 9_999, 10_000, 0x0100_0000, 0x2000_0000, 0x8200_270F, 1].map(Ok);
+    let found: Vec<_> = verdicts(ten_turns(), words).into_iter().map(Verdict::word).collect();
+    let range = "implausible_range";
+    assert_eq!(found, ["valid", "valid", range, "implausible_bits", "faulty", "in_service", "valid"]);
+    // 500 ms at 6000 rpm are 50 turns, so only something faster than the whole range is impossible: poll faster.
+    let mut script = Script::new([0, 5_000].map(Ok));
+    let plan = Plan { every: Duration::from_millis(5), lasting: None };
+    let at = vec![Subject { position: 0, judge: ten_turns() }];
+    let mut watch = Watch::new(&mut script, at, plan, mark());
+    watch.poll();
+    let sight = watch.poll().unwrap().sights[0];
+    assert!(matches!(sight.verdict, Verdict::Implausible(Why::Speed { .. })), "{sight:?}");
+    assert!(matches!(sight.stop, Some(Stop::Implausible(Why::Speed { .. }))));
+}
+
+#[test]
+fn without_parameters_nothing_is_called_valid_or_wrongly_implausible() {
+    for model in encoring_words::model::MODELS {
+        let words = [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Ok);
+        let found = verdicts(blind(model), words);
+        assert_eq!(found, [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Verdict::Unchecked), "{model}");
+        let found = verdicts(blind(model), [0x4000_0000, 0x2000_0001, 0x8800_0000].map(Ok));
+        let found: Vec<_> = found.into_iter().map(Verdict::word).collect();
+        assert_eq!(found, ["implausible_bits", "faulty", "in_service"], "{model}");
+    }
+    assert_eq!(blind(Model::Ce65M).blind(), [Blind::Code, Blind::Range, Blind::Motion]);
+    assert_eq!(blind(Model::Ce100M).blind(), [Blind::Range, Blind::Motion]);
+    assert_eq!(blind(Model::La66).blind(), [Blind::Range, Blind::Motion]);
+}
+
+#[test]
+fn the_measuring_length_alone_is_enough_to_judge_the_range() {
+    let judge = Judge::new(Model::Ce100M, None, &[(Parameter::MeasuringLength, 9_999)], STALE).unwrap();
+    assert_eq!(judge.blind(), [Blind::Motion]);
+    let found = verdicts(judge, [0, 9_999, 10_000].map(Ok));
+    assert_eq!(found[..2], [Verdict::Unchecked(0), Verdict::Unchecked(9_999)]);
+    assert!(matches!(found[2], Verdict::Implausible(Why::Range { .. })));
+    // Not while the code is unknown: 9999 in Gray code is 13448.
+    let judge = Judge::new(Model::Ce65M, None, &[(Parameter::MeasuringLength, 9_999)], STALE).unwrap();
+    assert_eq!(verdicts(judge, [Ok(13_448)]), [Verdict::Unchecked(13_448)]);
+}
+
+#[test]
+fn values_that_no_encoder_has_are_refused() {
+    for values in [
+        [(Parameter::MeasuringLength, 99_999), (Parameter::Numerator, 1), (Parameter::Denominator, 1)],
+        [(Parameter::MeasuringLength, 1), (Parameter::Numerator, 1), (Parameter::Denominator, 1)],
+        [(Parameter::MeasuringLength, 99), (Parameter::Numerator, 0), (Parameter::Denominator, 1)],
+    ] {
+        assert!(Judge::new(Model::Ce100M, None, &values, STALE).is_err(), "{values:?}");
+    }
+    // 8192 steps per turn are an option, and are assumed where the values need them.
+    let values =
+        [(Parameter::MeasuringLength, 8_191), (Parameter::Numerator, 1), (Parameter::Denominator, 1)];
+    assert!(Judge::new(Model::Ce65M, None, &values, STALE).is_ok());
+    let sensor = Some(Sensor::Rotary { steps_per_turn: 4096 });
+    let all = [&values[..], &[(Parameter::CountingDirection, 0)]].concat();
+    assert!(Judge::new(Model::Ce65M, None, &all, STALE).is_ok());
+    assert!(Judge::new(Model::Ce65M, sensor, &all, STALE).is_err());
+}
+
+#[test]
+fn the_reply_to_a_data_check_tells_the_status() {
+    let found = verdicts(ten_turns(), [0x2000_0001, 0xA800_0080, 0x2000_0001].map(Ok));
+    let unknown = ErrorStatus::UNKNOWN_COMMAND;
+    assert_eq!(
+        found,
+        [Verdict::Faulty(None), Verdict::Faulty(Some(unknown)), Verdict::Faulty(Some(unknown))]
+    );
+}
+
+#[test]
+fn after_somebody_has_written_parameters_what_was_known_counts_no_longer() {
+    let mut judge = ten_turns();
+    let mut see = |word: u32| {
+        let seen = Seen { input: InWord(word), age: Duration::ZERO };
+        judge.judge(Instant(1), Ok(seen), None).0
+    };
+    assert_eq!(see(1), Verdict::Valid(1));
+    // A refused write changes nothing, nor does a read.
+    assert_eq!(see(0xE200_0000).word(), "faulty");
+    assert_eq!(see(0x8200_270F), Verdict::InService);
+    assert_eq!(see(1), Verdict::Valid(1));
+    assert_eq!(see(0xC200_FFFF), Verdict::InService);
+    assert_eq!(see(50_000), Verdict::Unchecked(50_000));
+    assert!(judge.blind().contains(&Blind::Changed));
+    assert_eq!(judge.measuring_length(), None);
+}
+
+#[test]
+fn after_a_preset_adjustment_the_next_position_is_taken_as_it_comes() {
+    let mut judge = ten_turns();
+    let mut see = |ms: u64, word: u32| {
+        let seen = Seen { input: InWord(word), age: Duration::ZERO };
+        judge.judge(Instant(ms * 1_000_000), Ok(seen), None).0
+    };
+    assert_eq!(see(0, 0), Verdict::Valid(0));
+    assert!(matches!(see(1, 5_000), Verdict::Implausible(Why::Speed { .. })));
+    assert_eq!(see(2, 0), Verdict::Valid(0));
+    assert_eq!(see(3, 0xC600_1388), Verdict::InService);
+    assert_eq!(see(4, 5_000), Verdict::Valid(5_000));
+}
+
+#[test]
+fn a_jump_is_over_after_ten_positions_that_fit_one_another() {
+    let mut judge = ten_turns();
+    let mut see = |k: u64, value: u32| {
+        let seen = Seen { input: InWord(value), age: Duration::ZERO };
+        judge.judge(Instant(k * 2_000_000), Ok(seen), None).0.word()
+    };
+    see(0, 0);
+    let found: Vec<_> = (1..12).map(|k| see(k, 5_000)).collect();
+    assert_eq!(found.iter().filter(|word| **word == "implausible_speed").count(), 9, "{found:?}");
+    assert_eq!(found.last(), Some(&"valid"));
+}
+
+#[test]
+fn every_verdict_has_one_word_of_its_own() {
+    let mut words = Verdict::WORDS.to_vec();
+    words.sort_unstable();
+    words.dedup();
+    assert_eq!(words.len(), Verdict::WORDS.len());
+    assert!(words.iter().all(|word| word.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())));
+    assert_eq!(Verdict::NoAnswer(LOST).word(), "no_answer_no_connection");
+    assert_eq!(
+        Verdict::NoAnswer(BusError::NoEncoder { position: 0, encoders: 0 }).word(),
+        "no_answer_no_encoder"
+    );
+}

@@ -1,0 +1,214 @@
+use super::*;
+use std::collections::BTreeMap;
+
+const ROW: LogRow = LogRow {
+    time_ns: 1_500,
+    position: 2,
+    out: Some(0xC200_270F),
+    input: Some(0x0000_270F),
+    verdict: "valid",
+    value: Some(9_999),
+};
+const ROTATION: Rotation = Rotation { bytes: 1_000_000, keep: 3 };
+
+fn remarks() -> Vec<String> {
+    vec!["started today".to_owned(), "bus a\nb".to_owned()]
+}
+
+fn folder() -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("axis.csv");
+    (folder, file)
+}
+
+/// Every file of a folder.
+fn files(folder: &Path) -> BTreeMap<String, String> {
+    let name = |entry: &fs::DirEntry| entry.file_name().into_string().unwrap();
+    let entries = fs::read_dir(folder).unwrap().map(Result::unwrap);
+    entries.map(|entry| (name(&entry), fs::read_to_string(entry.path()).unwrap())).collect()
+}
+
+/// A log with rows of these times.
+fn filled(path: &Path, rotation: Rotation, times: impl IntoIterator<Item = u64>) -> Log {
+    let mut log = Log::create(path, &[], rotation).unwrap();
+    for time_ns in times {
+        log.write(&LogRow { time_ns, ..ROW }).unwrap();
+    }
+    log.flush().unwrap();
+    log
+}
+
+fn times(file: &str) -> Vec<u64> {
+    let rows = file.lines().skip(2).map(|line| line.split(',').next().unwrap());
+    rows.map(|time| (time.parse::<f64>().unwrap() * 1_000.0).round() as u64).collect()
+}
+
+#[test]
+fn a_row_has_what_was_seen_and_nothing_else() {
+    let (folder, path) = folder();
+    let mut log = Log::create(&path, &remarks(), ROTATION).unwrap();
+    log.write(&ROW).unwrap();
+    let unseen = LogRow { out: None, input: None, verdict: "no_answer", value: None, ..ROW };
+    log.write(&LogRow { time_ns: 2_000, ..unseen }).unwrap();
+    log.flush().unwrap();
+    assert_eq!(
+        files(folder.path())["axis.csv"],
+        "# encoring-log 1 started today\n\
+         # bus a b\n\
+         time_us,position,out,in,verdict,value\n\
+         1.5,2,C200270F,0000270F,valid,9999\n\
+         2,2,,,no_answer,\n"
+    );
+    assert_eq!((log.rows(), log.files()), (2, 1));
+}
+
+#[test]
+fn the_longest_row_fits() {
+    let row = LogRow {
+        time_ns: u64::MAX,
+        position: usize::MAX,
+        out: Some(u32::MAX),
+        input: Some(u32::MAX),
+        verdict: "implausible_acceleration_and_more",
+        value: Some(u32::MAX),
+    };
+    assert!(print(&row, &mut [0; ROW_BYTES_MAX]).unwrap() < ROW_BYTES_MAX);
+}
+
+#[test]
+fn full_files_take_turns_and_only_so_many_are_kept() {
+    let (folder, path) = folder();
+    // Each row has 23 to 26 bytes behind a head of 55.
+    let log = filled(&path, Rotation { bytes: 140, keep: 3 }, 0..20);
+    assert_eq!((log.rows(), log.files()), (20, 10));
+    let files = files(folder.path());
+    let kept: Vec<_> = files.iter().map(|(name, file)| (name.as_str(), times(file))).collect();
+    assert_eq!(
+        kept,
+        [
+            ("axis.1.csv", vec![16, 17]),
+            ("axis.2.csv", vec![14, 15]),
+            ("axis.3.csv", vec![12, 13]),
+            ("axis.csv", vec![18, 19]),
+        ]
+    );
+    assert!(files.values().all(|file| file.starts_with("# encoring-log 1\n") && file.len() <= 140));
+}
+
+#[test]
+fn a_file_has_a_row_however_small_it_must_be() {
+    let (folder, path) = folder();
+    filled(&path, Rotation { bytes: 0, keep: 1 }, [1, 2, 3]);
+    let files = files(folder.path());
+    assert_eq!(times(&files["axis.csv"]), [3]);
+    assert_eq!(times(&files["axis.1.csv"]), [2]);
+}
+
+#[test]
+fn a_later_log_of_the_same_name_keeps_the_earlier_one() {
+    let (folder, path) = folder();
+    filled(&path, ROTATION, [1]);
+    filled(&path, ROTATION, [2]);
+    // Nothing is deleted as long as there is a gap.
+    fs::rename(folder.path().join("axis.1.csv"), folder.path().join("axis.3.csv")).unwrap();
+    filled(&path, ROTATION, [3]);
+    filled(&path, ROTATION, [4]);
+    let kept: Vec<_> = files(folder.path()).values().flat_map(|file| times(file)).collect();
+    assert_eq!(kept, [3, 2, 1, 4]);
+}
+
+#[test]
+fn what_is_no_log_is_left_as_it_is() {
+    let (folder, path) = folder();
+    let finished = folder.path().join("axis.2.csv");
+    for foreign in ["time_us,out\n", "# encoring-trace 1\n", "#", "# encoring-lo"] {
+        fs::write(&path, foreign).unwrap();
+        let error = Log::create(&path, &[], ROTATION).unwrap_err();
+        assert!(matches!(error.problem, LogProblem::Foreign), "{error}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), foreign);
+    }
+    fs::remove_file(&path).unwrap();
+    filled(&path, ROTATION, [1]);
+    filled(&path, ROTATION, [2]);
+    fs::write(&finished, "a letter").unwrap();
+    let before = files(folder.path());
+    let error = Log::create(&path, &[], ROTATION).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!(
+            "{}: it is there and holds no log, so it was left as it is",
+            finished.canonicalize().unwrap().display()
+        )
+    );
+    assert_eq!(files(folder.path()), before);
+}
+
+#[test]
+fn a_foreign_file_that_turns_up_later_is_left_too_and_the_log_stays() {
+    let (folder, path) = folder();
+    let mut log = filled(&path, Rotation { bytes: 0, keep: 2 }, [1, 2]);
+    fs::write(folder.path().join("axis.1.csv"), "a letter").unwrap();
+    let before = files(folder.path());
+    let error = log.write(&ROW).unwrap_err();
+    assert!(matches!(error.problem, LogProblem::Foreign), "{error}");
+    assert_eq!(files(folder.path()), before);
+}
+
+#[test]
+fn an_empty_file_is_used_and_a_folder_is_not() {
+    let (folder, path) = folder();
+    fs::write(&path, "").unwrap();
+    filled(&path, ROTATION, [1]);
+    assert_eq!(times(&files(folder.path())["axis.csv"]), [1]);
+    let error = Log::create(folder.path(), &[], ROTATION).unwrap_err();
+    assert!(matches!(error.problem, LogProblem::System { .. }), "{error}");
+    let nowhere = folder.path().join("none/axis.csv");
+    assert!(matches!(Log::create(&nowhere, &[], ROTATION).unwrap_err().problem, LogProblem::System { .. }));
+}
+
+#[test]
+fn two_cannot_write_the_same_log() {
+    let (folder, path) = folder();
+    let log = filled(&path, ROTATION, [1]);
+    let error = Log::create(&path, &[], ROTATION).unwrap_err();
+    assert!(matches!(error.problem, LogProblem::InUse), "{error}");
+    assert_eq!(files(folder.path()).len(), 1);
+    drop(log);
+    filled(&path, ROTATION, [2]);
+    assert_eq!(files(folder.path()).len(), 2);
+}
+
+#[test]
+fn a_full_disk_is_told() {
+    let full = Path::new("/dev/full");
+    if !full.exists() {
+        return;
+    }
+    let error = Log::create(full, &[], ROTATION).unwrap_err();
+    assert!(error.to_string().starts_with("/dev/full: cannot write: "), "{error}");
+}
+
+#[test]
+fn a_row_that_fits_only_in_part_is_cut_off() {
+    let (folder, path) = folder();
+    let mut log = filled(&path, ROTATION, [1]);
+    log.waiting.extend_from_slice(b"2,2,,,valid,\n3,2,");
+    let part = log.waiting.len();
+    // As if the disk had taken so much.
+    log.file.write_all(&log.waiting).unwrap();
+    log.cut(part);
+    assert!(files(folder.path())["axis.csv"].ends_with("\n2,2,,,valid,\n"));
+}
+
+#[test]
+#[cfg(unix)]
+fn a_link_is_followed() {
+    let (folder, path) = folder();
+    let link = folder.path().join("link.csv");
+    filled(&path, ROTATION, [1]);
+    std::os::unix::fs::symlink(&path, &link).unwrap();
+    filled(&link, ROTATION, [2]);
+    let files = files(folder.path());
+    assert_eq!(files.keys().collect::<Vec<_>>(), ["axis.1.csv", "axis.csv", "link.csv"]);
+    assert_eq!(files["link.csv"], files["axis.csv"]);
+}
