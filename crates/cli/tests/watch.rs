@@ -327,6 +327,23 @@ fn signals_end_a_log_with_everything_in_it() {
 }
 
 #[test]
+fn a_log_can_go_into_a_pipe_that_closes_early() {
+    if !Path::new("/dev/stdout").exists() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["log", "/dev/stdout", "--bus", "sim", "--speed", "max", "--for"];
+    let output = run(folder.path(), &[&arguments[..], &["1s"]].concat());
+    let (out, err) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!((output.status.code(), out.lines().count()), (Some(0), 36), "{out}");
+    assert!(err.starts_with("30 rows of 10 polls"), "{err}");
+    let mut log = Running::start(folder.path(), &[&arguments[..], &["1h"]].concat());
+    log.line();
+    drop(log.lines);
+    assert_eq!(log.program.wait().unwrap().code(), Some(0));
+}
+
+#[test]
 fn a_gateway_that_never_answers_ends_with_3() {
     let folder = tempfile::tempdir().unwrap();
     // A port that was free a moment ago.
