@@ -21,7 +21,8 @@ pub(crate) enum Parameters {
 /// A parameter by its name, with `-` or `_`, or by the number of its service.
 pub(crate) fn parameter(text: &str) -> Result<Parameter, String> {
     let name = text.to_ascii_lowercase().replace('-', "_");
-    let number = if text.len() <= 2 { u8::from_str_radix(text, 16).ok() } else { None };
+    let is_number = text.len() <= 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let number = if is_number { u8::from_str_radix(text, 16).ok() } else { None };
     let found = PARAMETERS
         .into_iter()
         .find(|parameter| parameter.key() == name || Some(parameter.service().number()) == number);

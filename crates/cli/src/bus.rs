@@ -10,7 +10,6 @@ use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
 use encoring_station::bus::{Bus, BusError, Cycle, Inside, LinkEvent, Settling};
-use encoring_station::master::MasterError;
 use encoring_station::{Master, Simulated, Speed};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
@@ -18,20 +17,12 @@ use encoring_words::{Duration, InWord, Instant, Model, OutWord};
 use crate::arguments;
 use crate::output::{Failure, bad_input, note};
 use crate::sim::{remember, span};
-
-/// What stands below the help of every command that works on a bus.
-pub(crate) const ADDRESSES: &str = "\
-Bus addresses:
-  sim                         the built-in ring, in this process
-  sim:ring.toml               a scenario; with --state DIR its encoders remember
-  modbus-tcp://HOST:502?unit=1&out=holding:0&in=input:0&order=high-first
-  modbus-rtu:/dev/ttyUSB0?baud=19200&parity=even&unit=1
-All options are in docs/bus.md.";
+use crate::told::{Failed, FailureView};
 
 /// Which ring.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct BusArguments {
-    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE...
+    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
     #[arg(long, value_name = "ADDRESS", global = true, required = false)]
     pub(crate) bus: Option<String>,
     /// Folder of the simulated encoders' memories; without it they are new every time.
@@ -244,14 +235,24 @@ impl Opened {
         Arc::clone(&self.stop)
     }
 
-    /// A master for an encoder.
-    pub(crate) fn master(
+    /// Lets a master work on an encoder; what it fails with becomes the command's failure.
+    pub(crate) fn serve<T>(
         &mut self,
-        position: usize,
+        target: Target,
         patience: Duration,
-    ) -> Result<Master<'_, AnyBus>, MasterError> {
+        work: impl FnOnce(&mut Master<'_, AnyBus>) -> Result<T, Failed>,
+    ) -> Result<T, Failure> {
         let stop = self.stop();
-        Master::new(&mut self.bus, position, patience, stop)
+        let failure = |failed, behind| FailureView::new(failed, target.model, behind).into_failure();
+        let mut master = Master::new(&mut self.bus, target.position, patience, stop)
+            .map_err(|error| failure(Failed::Bus(error), None))?;
+        let worked = work(&mut master);
+        if master.may_have_left_the_service_bit() {
+            note(
+                "note: the service bit may still be set on the bus: the word that clears it could not be written",
+            );
+        }
+        worked.map_err(|failed| failure(failed, master.last_error()))
     }
 
     /// Tells what happened to the link, and keeps the memories of simulated encoders.

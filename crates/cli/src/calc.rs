@@ -8,11 +8,11 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Subcommand, ValueEnum};
 use encoring_host::scaling::{
-    LengthOutside, Native, NumberError, Ratio, ResolutionOutside, Rotary, RotaryError, Rounding, Turns,
-    TurnsOutside, linear, rotary,
+    LengthOutside, Linear, Native, NumberError, Ratio, ResolutionOutside, Rotary, RotaryError, Rounding,
+    Turns, TurnsOutside, linear, rotary,
 };
-use encoring_words::Model;
 use encoring_words::model::UnknownModel;
+use encoring_words::{Model, Parameter};
 
 use crate::output::{Answer, Failure, Format, bad_input, print};
 use view::CalcView;
@@ -42,6 +42,15 @@ enum Encoder {
     Linear(LinearArguments),
 }
 
+/// What is to be programmed, as a range.
+#[derive(Subcommand, Debug)]
+pub(crate) enum Range {
+    /// For a shaft: the measuring length, numerator and denominator of this range, as `calc rotary` finds them
+    Rotary(RotaryRange),
+    /// For a rod: the measuring length of this resolution, as `calc linear` finds it
+    Linear(LinearArguments),
+}
+
 /// For a shaft: services 02, 03 and 09 of a CE-100-M or CE-65-M
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -50,6 +59,21 @@ Examples:
   encoring calc rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2
   encoring calc rotary --steps-per-turn 8192 --turns 2048 --native 8192 --model ce-65-m")]
 struct RotaryArguments {
+    #[command(flatten)]
+    range: RotaryRange,
+
+    /// Steps per turn on the rating plate
+    #[arg(long, default_value = "4096")]
+    native: NativeOption,
+
+    /// Leave out what concerns only the other model
+    #[arg(long, value_parser = rotary_model())]
+    model: Option<Model>,
+}
+
+/// A range of a shaft
+#[derive(Args, Debug)]
+pub(crate) struct RotaryRange {
     /// Steps that one turn of the shaft shall count
     #[arg(long, value_name = "STEPS", value_parser = number, allow_hyphen_values = true,
           required_unless_present = "mm_per_turn", conflicts_with_all = ["mm_per_turn", "resolution_mm"])]
@@ -68,14 +92,6 @@ struct RotaryArguments {
     /// Turns until the position begins again at 0: a decimal or a fraction
     #[arg(long, value_name = "TURNS", value_parser = turns, allow_hyphen_values = true)]
     turns: Turns,
-
-    /// Steps per turn on the rating plate
-    #[arg(long, default_value = "4096")]
-    native: NativeOption,
-
-    /// Leave out what concerns only the other model
-    #[arg(long, value_parser = rotary_model())]
-    model: Option<Model>,
 }
 
 /// For a rod: service 02 of an LA-66
@@ -83,7 +99,7 @@ struct RotaryArguments {
 #[command(after_help = "\
 Examples:
   encoring calc linear --length-mm 500 --resolution-mm 0.01")]
-struct LinearArguments {
+pub(crate) struct LinearArguments {
     /// Length of the rod on the type label
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     length_mm: Ratio,
@@ -157,7 +173,18 @@ fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
     if native == Native::Q8192 && arguments.model == Some(Model::Ce100M) {
         return Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"));
     }
-    let steps_per_turn = match (arguments.steps_per_turn, arguments.mm_per_turn, arguments.resolution_mm) {
+    let (steps_per_turn, found) = rotary_range(&arguments.range, native)?;
+    Ok(CalcView::rotary(&Asked {
+        steps_per_turn,
+        mm_per_turn: arguments.range.mm_per_turn,
+        native,
+        model: arguments.model,
+        found,
+    }))
+}
+
+fn rotary_range(range: &RotaryRange, native: Native) -> Result<(Ratio, Rotary), Failure> {
+    let steps_per_turn = match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
         (Some(steps), ..) => Some(steps),
         (None, Some(mm), Some(resolution)) => mm.over(resolution),
         // The arguments exclude each other and need each other.
@@ -168,19 +195,32 @@ fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
             "--mm-per-turn and --resolution-mm have too many digits to be divided exactly",
         ));
     };
-    let found = rotary(steps_per_turn, arguments.turns, native).map_err(|error| match error {
-        RotaryError::Turns(outside) => bad_input(turns_outside(arguments.turns, outside)),
+    let found = rotary(steps_per_turn, range.turns, native).map_err(|error| match error {
+        RotaryError::Turns(outside) => bad_input(turns_outside(range.turns, outside)),
         RotaryError::Length(outside) => {
-            bad_input(length_outside(steps_per_turn, arguments.turns, arguments.mm_per_turn, outside))
+            bad_input(length_outside(steps_per_turn, range.turns, range.mm_per_turn, outside))
         }
     })?;
-    Ok(CalcView::rotary(&Asked {
-        steps_per_turn,
-        mm_per_turn: arguments.mm_per_turn,
-        native,
-        model: arguments.model,
-        found,
-    }))
+    Ok((steps_per_turn, found))
+}
+
+/// The values of a range.
+pub(crate) fn values(range: &Range, steps_per_turn: u32) -> Result<Vec<(Parameter, u32)>, Failure> {
+    match range {
+        Range::Rotary(range) => {
+            let native = if steps_per_turn == 8192 { Native::Q8192 } else { Native::Q4096 };
+            let (_, found) = rotary_range(range, native)?;
+            Ok(vec![
+                (Parameter::MeasuringLength, found.scaling.measuring_length()),
+                (Parameter::Numerator, found.scaling.fraction.numerator()),
+                (Parameter::Denominator, found.scaling.fraction.denominator()),
+            ])
+        }
+        Range::Linear(arguments) => {
+            let found = linear_range(arguments)?;
+            Ok(vec![(Parameter::MeasuringLength, found.scaling.measuring_length())])
+        }
+    }
 }
 
 fn turns_outside(given: Turns, outside: TurnsOutside) -> String {
@@ -221,16 +261,20 @@ fn length_outside(
 }
 
 fn linear_view(arguments: &LinearArguments) -> Result<CalcView, Failure> {
+    let found = linear_range(arguments)?;
+    Ok(CalcView::linear(arguments.length_mm, arguments.resolution_mm, found))
+}
+
+fn linear_range(arguments: &LinearArguments) -> Result<Linear, Failure> {
     let (length, resolution) = (arguments.length_mm, arguments.resolution_mm);
-    match linear(length, resolution) {
-        Ok(found) => Ok(CalcView::linear(length, resolution, found)),
-        Err(ResolutionOutside { steps, nearest }) => Err(bad_input(format!(
+    linear(length, resolution).map_err(|ResolutionOutside { steps, nearest }| {
+        bad_input(format!(
             "{} mm in steps of {} mm are {} steps; allowed are 1..16777215 (FFFFFFh); nearest that works: \
              --resolution-mm {}",
             view::show(length),
             view::show(resolution),
             view::show(steps),
             view::cut(nearest, Rounding::Up),
-        ))),
-    }
+        ))
+    })
 }

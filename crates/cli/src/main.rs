@@ -4,18 +4,24 @@
 //! not.
 
 mod arguments;
+mod ask;
 mod bus;
 mod calc;
+mod check;
 mod completions;
 mod decode;
 mod log;
 mod output;
+mod preset;
+mod probe;
+mod program;
 mod read;
 mod replay;
 mod sim;
 mod told;
 mod watch;
 mod word_view;
+mod write;
 
 use std::process::ExitCode;
 
@@ -29,27 +35,24 @@ struct Arguments {
     command: Command,
 }
 
-#[derive(Subcommand)]
-enum Command {
-    Decode(decode::Arguments),
-    Replay(replay::Arguments),
-    Sim(sim::Arguments),
-    Calc(calc::Arguments),
-    Read(read::Arguments),
-    Watch(watch::Arguments),
-    Log(log::Arguments),
-    Completions(completions::Arguments),
+macro_rules! commands {
+    ($($name:ident $module:ident,)*) => {
+        #[derive(Subcommand)]
+        enum Command {
+            $($name($module::Arguments),)*
+        }
+
+        fn main() -> ExitCode {
+            output::finish(match Arguments::parse().command {
+                $(Command::$name(arguments) => $module::run(&arguments),)*
+            })
+        }
+    };
 }
 
-fn main() -> ExitCode {
-    output::finish(match Arguments::parse().command {
-        Command::Decode(arguments) => decode::run(&arguments),
-        Command::Replay(arguments) => replay::run(&arguments),
-        Command::Sim(arguments) => sim::run(&arguments),
-        Command::Calc(arguments) => calc::run(&arguments),
-        Command::Read(arguments) => read::run(&arguments),
-        Command::Watch(arguments) => watch::run(&arguments),
-        Command::Log(arguments) => log::run(&arguments),
-        Command::Completions(arguments) => completions::run(&arguments),
-    })
+commands! {
+    Decode decode, Replay replay, Sim sim, Calc calc,
+    Read read, Write write, Program program, Preset preset, Check check, Probe probe,
+    Watch watch, Log log,
+    Completions completions,
 }

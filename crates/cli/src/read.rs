@@ -5,7 +5,8 @@ use std::fmt;
 use clap::Args;
 use encoring_host::Services;
 use encoring_host::preset::code;
-use encoring_host::service::{Value, read};
+use encoring_host::service::read;
+use encoring_station::master::MasterError;
 use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;
@@ -44,6 +45,8 @@ struct ReadView {
     #[serde(flatten)]
     target: TargetView,
     parameters: Vec<ParameterView>,
+    /// Reads that the encoder refused.
+    failures: Vec<FailureView>,
     shown: Shown,
 }
 
@@ -88,7 +91,8 @@ impl fmt::Display for ReadView {
             writeln!(f, "{parameter}")?;
         }
         writeln!(f, "position now: {}", self.shown)?;
-        if self.shown.error_bit {
+        self.failures.iter().try_for_each(|failure| writeln!(f, "\n{failure}"))?;
+        if self.shown.error_bit && self.failures.is_empty() {
             writeln!(
                 f,
                 "\nAn error is pending, so a ? may be 0 or a record that cannot be read; run `encoring check`."
@@ -111,33 +115,32 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Parameters::All => parameters_of(target.model).collect(),
         Parameters::One(parameter) => vec![parameter],
     };
-    let told = (|| -> Result<ReadView, FailureView> {
-        let bare = |error| FailureView::new(Failed::Bus(error), target.model, None);
-        let mut master = opened.master(target.position, arguments.encoder.patience).map_err(bare)?;
-        let read = look(&mut master, target, &wanted);
-        read.map_err(|failed| FailureView::new(failed, target.model, master.last_error()))
-    })();
+    let told = opened.serve(target, arguments.encoder.patience, |master| look(master, target, &wanted));
     opened.close()?;
-    match told {
-        Ok(view) => {
-            print(arguments.format, &view)?;
-            Ok(Answer::Yes)
-        }
-        Err(failed) => failed.into_result(),
-    }
+    let view = told?;
+    print(arguments.format, &view)?;
+    Ok(if view.failures.is_empty() { Answer::Yes } else { Answer::No })
 }
 
-fn look<S: Services<Error = encoring_station::master::MasterError>>(
+fn look<S: Services<Error = MasterError>>(
     services: &mut S,
     target: Target,
     wanted: &[Parameter],
 ) -> Result<ReadView, Failed> {
-    let mut parameters = Vec::new();
+    let (mut parameters, mut failures) = (Vec::new(), Vec::new());
     for parameter in wanted {
-        let value: Value = read(services, target.model, *parameter)?;
-        parameters.push(ParameterView::new(*parameter, target.model, value.sure()));
+        // One record that cannot be read leaves the others readable.
+        let value = match read(services, target.model, *parameter) {
+            Ok(value) => value.sure(),
+            Err(failed @ Failed::Refused(_)) => {
+                failures.push(FailureView::new(failed, target.model, None));
+                None
+            }
+            Err(failed) => return Err(failed),
+        };
+        parameters.push(ParameterView::new(*parameter, target.model, value));
     }
-    let code = code(services, target.model)?;
+    let code = code(services, target.model).ok();
     let shown = Shown::new(services.look().map_err(Failed::Bus)?, code);
-    Ok(ReadView { target: TargetView::new(target), parameters, shown })
+    Ok(ReadView { target: TargetView::new(target), parameters, failures, shown })
 }

@@ -11,7 +11,7 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Counters, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
-use encoring_sim::{Scenario, World, device_line, state};
+use encoring_sim::{Level, Scenario, World, device_line, state};
 use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
 use encoring_trace::Writer;
 use encoring_words::Duration;
@@ -73,6 +73,10 @@ pub(crate) struct Arguments {
     /// How fast time passes: a factor from 0.001 to 1000, or max.
     #[arg(long, value_name = "FACTOR|max", default_value = "1")]
     speed: Speed,
+    /// How the ring is simulated, in place of what the scenario says: all words of a cycle at once, or every bit on
+    /// every segment.
+    #[arg(long, value_name = "word|bit", value_parser = level)]
+    level: Option<Level>,
     /// Writes every exchange of every encoder to a trace that `replay` reads.
     #[arg(long, value_name = "FILE.csv")]
     record: Option<PathBuf>,
@@ -82,6 +86,14 @@ pub(crate) struct Arguments {
     /// How to print.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
+}
+
+fn level(text: &str) -> Result<Level, &'static str> {
+    match text {
+        "word" => Ok(Level::Word),
+        "bit" => Ok(Level::Bit),
+        _ => Err("the levels are word and bit"),
+    }
 }
 
 /// A time as people write it; a plain number is seconds.
@@ -131,7 +143,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Some(path) => Scenario::read(path),
         None => Scenario::built_in(),
     };
-    let scenario = scenario.map_err(bad_input)?;
+    let mut scenario = scenario.map_err(bad_input)?;
+    scenario.level = arguments.level.unwrap_or(scenario.level);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(simulate(arguments, &scenario))
 }

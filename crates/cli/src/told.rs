@@ -79,9 +79,10 @@ pub(crate) struct Shown {
 }
 
 impl Shown {
-    pub(crate) fn new(word: InWord, code: Code) -> Self {
+    /// `code` is `None` if it is not known whether the encoder shows Gray code.
+    pub(crate) fn new(word: InWord, code: Option<Code>) -> Self {
         let error_bit = matches!(word.decode(), In::Position { error: true, .. });
-        Self { word: word.to_string(), position: position(word, code), error_bit }
+        Self { word: word.to_string(), position: code.and_then(|code| position(word, code)), error_bit }
     }
 }
 
@@ -89,7 +90,7 @@ impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.position {
             Some(position) => write!(f, "{position}")?,
-            None => f.write_str("no position")?,
+            None => f.write_str("not known")?,
         }
         write!(f, " ({})", self.word)?;
         if self.error_bit { f.write_str(", an error is pending") } else { Ok(()) }
@@ -254,12 +255,12 @@ impl FailureView {
     }
 
     /// How the command ends that met it and has not printed it.
-    pub(crate) fn into_result(self) -> Result<Answer, Failure> {
+    pub(crate) fn into_failure(self) -> Failure {
         let message = self.to_string();
         match self.ends {
-            Ends::BadInput => Err(Failure::BadInput(message)),
-            Ends::NoAnswer => Err(Failure::NoAnswer(message)),
-            Ends::Refused => Err(Failure::Refused(message)),
+            Ends::BadInput => Failure::BadInput(message),
+            Ends::NoAnswer => Failure::NoAnswer(message),
+            Ends::Refused => Failure::Refused(message),
         }
     }
 

@@ -186,7 +186,7 @@ const VERBS: [Verb; 4] = [
         name: "set",
         read: set,
         does: "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, \
-               preset1_v, preset2_v",
+               preset1_v, preset2_v, chip_held, jumper, ident",
         examples: &[
             r#"{"verb":"set","position":0,"set":{"supply_v":24.0}}"#,
             r#"{"verb":"set","position":0,"set":{"motion":{"kind":"speed","per_s":1000}}}"#,

@@ -164,7 +164,8 @@ fn an_id_is_echoed_as_it_was_written() {
 #[test]
 fn a_refusal_names_place_value_and_limit() {
     let ring = Ring::start();
-    let keys = "expected one of `preset1_v`, `preset2_v`, `supply_v`, `magnet`, `raw`, `motion`, `eeprom`";
+    let keys = "expected one of `preset1_v`, `preset2_v`, `supply_v`, `magnet`, `raw`, `motion`, `eeprom`, \
+                `chip_held`, `jumper`, `ident`";
     for (line, error) in [
         ("", "not a JSON object; a line looks like {\"verb\":\"help\"}"),
         ("[1]", "not a JSON object; a line looks like {\"verb\":\"help\"}"),

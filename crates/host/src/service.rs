@@ -129,12 +129,17 @@ pub(crate) fn carry_out<S: Services>(
     let mut repeated = false;
     loop {
         let (reply, error_before) = answer(services, request)?;
-        if !reply.error || error_before {
+        // At the second try the error of the first may still be pending.
+        if !reply.error || (error_before && !repeated) {
             return Ok((reply, error_before));
         }
         let check = check(services)?;
+        let fault = check.status.intersects(eeprom);
+        if repeated && !fault {
+            return Ok((reply, false));
+        }
         // Repeated on a moving shaft a preset adjustment would set another zero.
-        if repeated || !check.status.intersects(eeprom) || request.moves_the_zero() {
+        if repeated || !fault || request.moves_the_zero() {
             return Err(Failure::Refused(Refusal { request, check, repeated }));
         }
         repeated = true;

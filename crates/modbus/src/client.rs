@@ -35,7 +35,8 @@ const EVENTS_MAX: usize = 64;
 /// A ring behind a Modbus gateway.
 ///
 /// Every call ends within the address's time-out, whatever it has to do: wait for the next attempt to connect (for at
-/// most half of that time), connect, and all its requests.
+/// most half of that time), connect, and all its requests. Calls block their thread, so none may be made from within
+/// an asynchronous task: tokio panics there.
 pub struct Client {
     /// `None` only while it is dropped.
     runtime: Option<Runtime>,
@@ -281,7 +282,8 @@ impl Core {
             let Layout::Inline { data: Place { table, .. } } = self.address.layout else {
                 return Err(BusError::NoEncoder { position: 0, encoders: 0 });
             };
-            let count = self.read(Place { table, first: MODULES }, 1, deadline).await?;
+            // The first module with it: a single register is asked for by the marker of a serial line alone.
+            let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
             let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
             let described = Place { table, first: MODULES + 1 };
             let registers = self.read(described, count.into(), deadline).await?;

@@ -181,8 +181,8 @@ pub struct ProbeError {
 /// `progress` is called before each request and can end the search, which then reports what it has.
 ///
 /// # Errors
-/// [`ProbeError`] if the gateway cannot be reached, does not answer in time or answers what is no answer. Registers
-/// that do not exist are no error, and neither is a function that the gateway does not know.
+/// [`ProbeError`] if the gateway cannot be reached, or twice in a row does not answer in time or answers what is no
+/// answer. Registers that do not exist are no error, and neither is a function that the gateway does not know.
 pub fn probe(
     client: &mut Client,
     limits: Limits,
@@ -390,7 +390,13 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             return Err(Halt::End(End::Stopped));
         }
         self.requests += 1;
-        Ok(self.source.registers(place, count))
+        let answer = self.source.registers(place, count);
+        if matches!(answer, Err(BusError::NoAnswer { .. } | BusError::Garbled { .. })) {
+            // Lines lose an answer now and then; one that is lost twice is not there.
+            self.requests += 1;
+            return Ok(self.source.registers(place, count));
+        }
+        Ok(answer)
     }
 }
 
@@ -466,7 +472,7 @@ fn evidence(hypothesis: &Hypothesis) -> Vec<Evidence> {
 }
 
 /// Holding registers that may be the OUT words of these IN words: from the same address on in the other table, or
-/// from 0 on, and as many.
+/// from 0 on, and as many; or else the only block of just that length.
 fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
     let length = words * REGISTERS_PER_ENCODER;
     let fits = |first: u16| {
@@ -480,7 +486,14 @@ fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
                     && usize::from(first) + length <= block.end()
             })
     };
-    [input.first, 0].into_iter().find(|first| fits(*first))
+    let mut blocks_alike = blocks.iter().filter(|block| {
+        block.place.table == Table::Holding && block.place != input && usize::from(block.count) == length
+    });
+    let only = match (blocks_alike.next(), blocks_alike.next()) {
+        (Some(block), None) => Some(block.place.first),
+        _ => None,
+    };
+    [input.first, 0].into_iter().find(|first| fits(*first)).or(only)
 }
 
 /// An Inline coupler: the directory says where, only the order is open.
@@ -526,18 +539,28 @@ fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Bloc
 }
 
 impl Report {
+    /// The one candidate that is more than possible and as sure as no other. Where the same words stand again does not
+    /// count as another.
+    #[must_use]
+    pub fn stands_out(&self) -> Option<&Candidate> {
+        let (best, others) = self.candidates.split_first()?;
+        let rival = |other: &Candidate| {
+            let mirror = other.evidence.iter().any(|evidence| matches!(evidence, Evidence::SameAs(_)));
+            other.certainty == best.certainty && !mirror
+        };
+        (best.certainty > Certainty::Possible && !others.iter().any(rival)).then_some(best)
+    }
+
     /// What there is to say about it in one sentence.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
-        let best = self.candidates.first().map(|candidate| candidate.certainty);
-        let sure = |candidate: &&Candidate| Some(candidate.certainty) == best;
-        match best {
+        match self.candidates.first().map(|candidate| candidate.certainty) {
             None if self.blocks.is_empty() => "no registers were found",
             None => "there are registers, but nothing in them can be told for words of encoders",
             Some(Certainty::Possible) => {
                 "nothing moved as a position does; turn a shaft and probe again to tell these apart"
             }
-            Some(_) if self.candidates.iter().filter(sure).count() == 1 => "one place stands out",
+            Some(_) if self.stands_out().is_some() => "one place stands out",
             Some(_) => "several places fit equally well",
         }
     }

@@ -1,15 +1,29 @@
-//! The INTERBUS-S ring at word level: the process image that a controller sees, the data cycle that moves every
-//! word at once, and how long a cycle takes.
+//! The INTERBUS-S ring: the process image that a controller sees, the data cycle, and how long it takes.
 //!
-//! The ring knows no encoder: what hangs on it is two words in each direction a device. The bits on the line come
-//! later under the same face; at this level a fault is only "this cycle, from this segment on, bad or silent".
+//! There are two levels with the same face. At [`word_level`] every word moves at once, and a fault is only "this
+//! cycle, from this segment on, bad or silent". At [`bit_level`] a master and its slaves send telegrams bit by bit, and
+//! a fault is what happens to a bit; what a device takes then follows from check words and end words.
+//!
+//! The ring knows no encoder: what hangs on it is so many bytes in each direction a device.
 #![no_std]
 
+pub mod bit_level;
+pub mod crc;
 pub mod cycle_time;
+pub mod diagnostics;
+pub mod frame;
+pub mod ident;
 pub mod image;
+pub mod master;
 pub mod profile;
+pub mod slave;
+pub mod telegram;
 pub mod word_level;
 
+pub use bit_level::{BitRing, Lines, Sound};
 pub use cycle_time::CycleTime;
+pub use ident::Ident;
 pub use image::{ENCODERS_MAX, ProcessImage, TooManyEncoders};
+pub use master::Master;
+pub use slave::Slave;
 pub use word_level::{Verdict, WordRing};

@@ -4,15 +4,18 @@
 //! the same scenario and the same OUT words give the same words, to the bit.
 
 pub mod device_line;
+pub mod fault;
 pub mod memory;
 pub mod motion;
 pub mod node;
 pub mod replay;
 pub mod scenario;
 pub mod state;
+pub mod wire;
 pub mod world;
 
 pub use memory::{CellFault, Eeprom};
 pub use node::{Node, Surroundings};
-pub use scenario::{Scenario, ScenarioError};
+pub use scenario::{Level, Scenario, ScenarioError};
+pub use wire::Wire;
 pub use world::{Cycled, World};

@@ -8,7 +8,8 @@ use std::io::Read;
 use std::path::Path;
 
 use encoring_encoder::{Magnet, Unit};
-use encoring_ring::CycleTime;
+use encoring_ring::slave::Jumper;
+use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
 use serde::Deserialize;
 
@@ -45,6 +46,8 @@ pub struct Scenario {
     pub seed: u64,
     /// What the cycle time depends on.
     pub cycle_time: CycleTime,
+    /// How the ring is simulated.
+    pub level: Level,
     /// Data cycles in a million that fail on a segment picked by chance.
     pub faulty_per_million: u32,
     /// The encoders, by ring position.
@@ -92,14 +95,38 @@ pub enum Happening {
     },
 }
 
-/// What a segment can suffer at word level.
+/// How the ring is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    /// All words of a cycle at once.
+    #[default]
+    Word,
+    /// Every bit on every segment.
+    Bit,
+}
+
+/// What a segment can suffer. Chances are per million line bits; at word level a cycle is bad with the chance that its
+/// bits have together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LineFault {
-    /// Every cycle fails its check there.
+    /// Every cycle fails its check there: at bit level one bit of its frame turns over.
     Bad,
-    /// Nothing passes.
+    /// Nothing passes: the cable is broken.
     Silent,
+    /// The line stands at 0.
+    Low,
+    /// The line stands at 1.
+    High,
+    /// Single bits turn over.
+    Flips(u32),
+    /// Bursts of 16 bits begin.
+    Bursts(u32),
+    /// Bits are read as the one before them.
+    Jitter(u32),
+    /// Gaps of a telegram's length begin.
+    Lost(u32),
 }
 
 /// One change to what surrounds an encoder, or to its memory.
@@ -124,6 +151,22 @@ pub enum Change {
     MemoryRepair,
     /// The power goes after so many more bytes written.
     PowerCut(u64),
+    /// The reset input of the protocol chip is held or let go.
+    Chip(Chip),
+    /// The jumper in the outgoing plug is there or missing [R137].
+    Jumper(Jumper),
+    /// The chip shows another identification word. The word level knows none.
+    Ident(Ident),
+}
+
+/// The reset input of a protocol chip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Chip {
+    /// It works.
+    #[default]
+    Running,
+    /// It is held in reset: nothing passes, and the lamp U is on.
+    Held,
 }
 
 /// A motion that may begin where the last one is.
@@ -196,8 +239,8 @@ impl Scenario {
             let problem = format!("version {}; this program reads version 1", table.version.get_ref());
             return Err(error(Some(table.version.span().start), problem));
         }
-        let (cycle_time, faulty_per_million) = match &table.ring {
-            None => (CycleTime::default(), 0),
+        let (cycle_time, faulty_per_million, level) = match &table.ring {
+            None => (CycleTime::default(), 0, Level::Word),
             Some(ring) => ring.get_ref().read().map_err(|problem| error(Some(ring.span().start), problem))?,
         };
         let devices = devices(&table.device, beside).map_err(|(offset, problem)| error(offset, problem))?;
@@ -208,7 +251,7 @@ impl Scenario {
         }
         // Stable: events at the same time happen in the order of the file.
         events.sort_by_key(|event| event.at);
-        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events })
+        Ok(Self { seed: table.seed, cycle_time, level, faulty_per_million, devices, events })
     }
 }
 

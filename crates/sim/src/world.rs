@@ -1,32 +1,39 @@
 //! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
 
 use encoring_encoder::Terminals;
-use encoring_ring::profile::RESET_AFTER;
-use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict, WordRing};
+use encoring_ring::diagnostics::Place as FaultPlace;
+use encoring_ring::frame::frame_bits;
+use encoring_ring::profile::{ENCODER_BYTES, RESET_AFTER};
+use encoring_ring::slave::{Condition, Jumper};
+use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict};
 use encoring_trace::{Input, Row};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use crate::fault::PER_MILLION;
 use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::{Node, OFF_BELOW_MV, Surroundings};
-use crate::scenario::{Change, Event, Happening, LineFault, NewMotion, Scenario};
+use crate::scenario::{Change, Chip, Event, Happening, LineFault, NewMotion, Scenario};
+use crate::wire::{Trouble, Wire};
 
 /// A ring of encoders and everything around them.
 #[derive(Clone, Debug)]
 pub struct World {
     now: Instant,
     cycle_time: Duration,
-    ring: WordRing,
+    ring: Wire,
     places: Vec<Place>,
     /// What each device loads at the start of the next cycle.
     answers: Vec<Option<InWord>>,
     events: Vec<Event>,
     next_event: usize,
-    line: Option<LineTrouble>,
+    line: Option<Trouble>,
     faulty_per_million: u32,
     chance: Pcg64Mcg,
+    /// Of the faults that only the bit level has in full.
+    line_chance: Pcg64Mcg,
     recorded: Option<Vec<Row>>,
 }
 
@@ -45,14 +52,17 @@ pub struct Place {
     interrupted: bool,
     /// The supply failed since the last cycle, even if it is back.
     dipped: bool,
+    chip: Chip,
+    jumper: Jumper,
 }
 
+/// What is known of a cycle before it runs.
 #[derive(Clone, Copy, Debug)]
-struct LineTrouble {
-    segment: usize,
-    fault: LineFault,
-    since: Instant,
-    lasting: Duration,
+struct Planned {
+    /// How it goes at word level.
+    verdict: Verdict,
+    /// A segment on which chance alone hits it.
+    hit: Option<usize>,
 }
 
 /// A cycle of the ring, as it went.
@@ -62,6 +72,8 @@ pub struct Cycled {
     pub at: Instant,
     /// How it went.
     pub verdict: Verdict,
+    /// Where the master sees the ring at fault; the word level does not look for it.
+    pub place: Option<FaultPlace>,
 }
 
 impl World {
@@ -84,11 +96,13 @@ impl World {
             last_exchange: Instant::ZERO,
             interrupted: false,
             dipped: false,
+            chip: Chip::Running,
+            jumper: Jumper::Closed,
         });
         Ok(Self {
             now: Instant::ZERO,
             cycle_time: scenario.cycle_time.of_encoders(encoders as u32),
-            ring: WordRing::default(),
+            ring: Wire::new(scenario.level, encoders, &scenario.cycle_time, scenario.seed),
             places: places.collect(),
             answers: vec![None; encoders],
             events: scenario.events.clone(),
@@ -96,6 +110,7 @@ impl World {
             line: None,
             faulty_per_million: scenario.faulty_per_million,
             chance: Pcg64Mcg::seed_from_u64(scenario.seed),
+            line_chance: Pcg64Mcg::seed_from_u64(scenario.seed.rotate_left(32)),
             recorded: None,
         })
     }
@@ -142,7 +157,7 @@ impl World {
 
     /// What the ring knows of its devices.
     #[must_use]
-    pub const fn ring(&self) -> &WordRing {
+    pub const fn ring(&self) -> &Wire {
         &self.ring
     }
 
@@ -150,8 +165,20 @@ impl World {
     /// that was good throughout.
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
         let ends = self.now + self.cycle_time;
-        let verdict = self.verdict(ends);
-        self.ring.cycle(ends, out, input, &self.answers, verdict);
+        let Planned { verdict, hit } = self.plan(ends);
+        let (verdict, place) = match &mut self.ring {
+            Wire::Word(ring) => {
+                ring.cycle(ends, out, input, &self.answers, verdict);
+                (verdict, None)
+            }
+            Wire::Bit(wire) => {
+                for (position, place) in self.places.iter().enumerate() {
+                    wire.set_condition(position, place.condition());
+                }
+                wire.set_trouble(self.line);
+                wire.cycle(ends, out, input, &self.answers, hit)
+            }
+        };
         let heard = match verdict {
             Verdict::Good | Verdict::Bad { .. } => self.places.len(),
             Verdict::Silent { segment } => segment,
@@ -180,7 +207,7 @@ impl World {
             place.dipped = false;
         }
         self.now = ends;
-        Cycled { at: ends, verdict }
+        Cycled { at: ends, verdict, place }
     }
 
     /// Changes what surrounds an encoder, now.
@@ -193,7 +220,7 @@ impl World {
 
     /// Troubles a segment of the ring, from now on.
     pub fn trouble(&mut self, segment: usize, fault: LineFault, lasting: Duration) {
-        self.line = Some(LineTrouble { segment, fault, since: self.now, lasting });
+        self.line = Some(Trouble { segment, fault, since: self.now, lasting });
     }
 
     /// Ends a trouble.
@@ -224,6 +251,12 @@ impl World {
             }
             Change::MemoryFault(kind, cell) => place.node.memory_mut().fail(*kind, *cell),
             Change::MemoryRepair => place.node.memory_mut().repair(),
+            Change::Chip(chip) => place.chip = *chip,
+            Change::Jumper(jumper) => {
+                place.jumper = *jumper;
+                self.ring.set_jumper(position, *jumper);
+            }
+            Change::Ident(ident) => self.ring.set_ident(position, *ident),
             Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
             Change::Supply(millivolts) => {
                 let was_on = place.node.encoder().is_some();
@@ -253,7 +286,7 @@ impl World {
 
     /// How the cycle that ends at `ends` will go. What can spoil it is looked for in all of its time: supplies that
     /// fail and lines that are troubled, however shortly.
-    fn verdict(&mut self, ends: Instant) -> Verdict {
+    fn plan(&mut self, ends: Instant) -> Planned {
         self.line = self.line.filter(|trouble| trouble.since + trouble.lasting > self.now);
         for place in &mut self.places {
             place.interrupted = place.dipped || !place.is_supplied();
@@ -262,7 +295,7 @@ impl World {
             match &event.what {
                 Happening::Line { segment, fault, lasting } => {
                     let (segment, fault, lasting) = (*segment, *fault, *lasting);
-                    self.line = Some(LineTrouble { segment, fault, since: event.at, lasting });
+                    self.line = Some(Trouble { segment, fault, since: event.at, lasting });
                 }
                 Happening::Device { position, changes } => {
                     let fails = |change: &Change| matches!(change, Change::Supply(mv) if *mv < OFF_BELOW_MV);
@@ -276,25 +309,46 @@ impl World {
         // The chance is drawn in every cycle, so that one fault does not shift those after it.
         let draw = self.chance.random_range(0..1_000_000_u32);
         let drawn_segment = self.chance.random_range(0..=self.places.len());
-        let open = self.places.iter().position(|place| place.interrupted).map(|position| position + 1);
-        let silent = match self.line {
-            Some(LineTrouble { segment, fault: LineFault::Silent, .. }) => {
-                Some(open.map_or(segment, |open| open.min(segment)))
-            }
-            _ => open,
+        let hit = (draw < self.faulty_per_million).then_some(drawn_segment);
+        let last = self.places.len();
+        let ends_behind = |(position, place): (usize, &Place)| {
+            let no_next = place.jumper == Jumper::Open && position + 1 < last;
+            (place.condition() != Condition::Running || no_next).then_some(position + 1)
         };
-        if let Some(segment) = silent {
-            return Verdict::Silent { segment };
-        }
-        let bad = match self.line {
-            Some(LineTrouble { segment, fault: LineFault::Bad, .. }) => Some(segment),
-            _ => None,
+        let open = self.places.iter().enumerate().find_map(ends_behind);
+        let line = self.line;
+        let (broken, bad) = match line {
+            Some(trouble) if Self::silences(trouble.fault) => (Some(trouble.segment), None),
+            Some(trouble) if self.spoils(trouble.fault) => (None, Some(trouble.segment)),
+            _ => (None, None),
         };
-        let drawn = (draw < self.faulty_per_million).then_some(drawn_segment);
-        match bad.into_iter().chain(drawn).min() {
-            Some(segment) => Verdict::Bad { segment },
-            None => Verdict::Good,
-        }
+        let verdict = if let Some(segment) = open.into_iter().chain(broken).min() {
+            Verdict::Silent { segment }
+        } else if let Some(segment) = bad.into_iter().chain(hit).min() {
+            Verdict::Bad { segment }
+        } else {
+            Verdict::Good
+        };
+        Planned { verdict, hit }
+    }
+
+    /// A line that does not move carries nothing.
+    const fn silences(fault: LineFault) -> bool {
+        matches!(fault, LineFault::Silent | LineFault::Low | LineFault::High)
+    }
+
+    /// Whether a fault spoils the present cycle, at word level.
+    fn spoils(&mut self, fault: LineFault) -> bool {
+        let chance = match fault {
+            LineFault::Bad => return true,
+            LineFault::Silent | LineFault::Low | LineFault::High => return false,
+            LineFault::Flips(chance)
+            | LineFault::Bursts(chance)
+            | LineFault::Jitter(chance)
+            | LineFault::Lost(chance) => chance,
+        };
+        let bits = frame_bits(self.places.len() * ENCODER_BYTES as usize);
+        self.line_chance.random_range(0..u64::from(PER_MILLION)) < bits * u64::from(chance)
     }
 
     /// The exchange at the end of a cycle that reached the device, good or bad. A device that has not taken an OUT
@@ -367,6 +421,15 @@ impl World {
 }
 
 impl Place {
+    /// Whether its chip works in the present cycle.
+    const fn condition(&self) -> Condition {
+        match (self.interrupted, self.chip) {
+            (true, _) => Condition::Off,
+            (false, Chip::Held) => Condition::Held,
+            (false, Chip::Running) => Condition::Running,
+        }
+    }
+
     /// The device here.
     #[must_use]
     pub const fn node(&self) -> &Node {

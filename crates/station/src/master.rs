@@ -8,8 +8,8 @@ use encoring_words::{Duration, InWord, OutWord};
 
 use crate::bus::{Bus, BusError};
 
-/// How often a gateway is polled in its settling time.
-const POLLS_A_SETTLING: u64 = 10;
+/// The longest pause between two looks for a reply.
+const REPLY_POLL: Duration = Duration::from_millis(1);
 
 /// Why a service was not even begun.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -137,13 +137,41 @@ impl<'a, B: Bus> Master<'a, B> {
 
     /// Refuses to work while somebody else does.
     fn alone(&mut self) -> Result<(), MasterError> {
-        let out = self.bus.out(self.position)?;
+        let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
         match self.written {
             // A gateway may have let its outputs fall.
             Some(ours) if out != ours && out != OutWord(0) => Err(MasterError::Overwritten { out, ours }),
             // After a failed write either of the last two words may stand there.
             None if out.service_bit() && !self.tried.contains(&out) => Err(MasterError::OtherMaster { out }),
             _ => Ok(()),
+        }
+    }
+
+    /// Asks the bus for something until it is there, and gives up when the patience is at an end.
+    fn patiently<T>(
+        &mut self,
+        ask: impl Fn(&mut B, usize, Duration) -> Result<T, MasterError>,
+    ) -> Result<T, MasterError> {
+        let since = self.bus.now();
+        let mut asked = 0_u32;
+        loop {
+            let patience = self.timing.patience;
+            let problem = match ask(self.bus, self.position, patience) {
+                Ok(found) => return Ok(found),
+                Err(problem) => problem,
+            };
+            if let MasterError::Bus(error) = problem {
+                self.last_error = Some(error);
+            }
+            asked += 1;
+            let patient = self.bus.now().since(since) < patience || asked < self.timing.patience_polls;
+            if !patient || matches!(problem, MasterError::Bus(BusError::NoEncoder { .. })) {
+                return Err(problem);
+            }
+            if self.interrupted() {
+                return Err(MasterError::Interrupted);
+            }
+            self.rest(true);
         }
     }
 
@@ -154,10 +182,15 @@ impl<'a, B: Bus> Master<'a, B> {
         self.written.is_none() && self.tried.iter().any(|out| out.service_bit())
     }
 
-    /// Leaves a gateway in peace for a moment: it has nothing new in every instant.
+    /// Leaves a gateway in peace for a moment: it has nothing new in every instant. A word that only has to stand is
+    /// looked at a few times, a reply is waited for more closely.
     fn rest(&mut self, failed: bool) {
         let settle = self.timing.settle.as_nanos();
-        let pause = if failed { settle / 2 } else { settle / POLLS_A_SETTLING };
+        let pause = match self.session.phase() {
+            _ if failed => settle / 2,
+            "preparing" => settle / 4,
+            _ => (settle / 10).min(REPLY_POLL.as_nanos()),
+        };
         if pause > 0 {
             self.bus.wait(Duration::from_nanos(pause));
         }
@@ -195,8 +228,8 @@ impl<B: Bus> Services for Master<'_, B> {
         if self.interrupted() {
             return Err(MasterError::Interrupted);
         }
-        self.alone()?;
         self.last_error = None;
+        self.alone()?;
         // Every service is driven to its end below, so none is under way here.
         let mut out = self.session.start(self.bus.now(), request).unwrap_or(request.rest());
         loop {
@@ -218,27 +251,14 @@ impl<B: Bus> Services for Master<'_, B> {
     }
 
     fn look(&mut self) -> Result<InWord, MasterError> {
-        let since = self.bus.now();
-        let mut polls = 0_u32;
-        loop {
+        self.patiently(|bus, position, patience| {
             let mut input = [InWord(0)];
-            let looked = self.bus.cycle(None, self.position, &mut input);
+            let cycle = bus.cycle(None, position, &mut input)?;
             let [input] = input;
-            let problem = match looked {
-                Ok(cycle) if cycle.age >= self.timing.patience => MasterError::Stale { age: cycle.age },
-                Ok(_) if input.service_bit() => MasterError::InService { input },
-                Ok(_) => return Ok(input),
-                Err(error) => error.into(),
-            };
-            self.rest(looked.is_err());
-            polls += 1;
-            let patience = self.timing.patience;
-            if self.bus.now().since(since) >= patience && polls >= self.timing.patience_polls {
-                return Err(problem);
+            if cycle.age >= patience {
+                return Err(MasterError::Stale { age: cycle.age });
             }
-            if self.interrupted() {
-                return Err(MasterError::Interrupted);
-            }
-        }
+            if input.service_bit() { Err(MasterError::InService { input }) } else { Ok(input) }
+        })
     }
 }

@@ -3,6 +3,7 @@
 
 mod decode;
 mod json;
+mod master;
 mod program;
 mod replay;
 

@@ -5,7 +5,21 @@ use std::process::{Command, Stdio};
 
 #[test]
 fn every_command_explains_itself_with_examples() {
-    for command in ["decode", "replay", "calc", "sim", "watch", "log", "completions"] {
+    for command in [
+        "decode",
+        "replay",
+        "calc",
+        "sim",
+        "read",
+        "write",
+        "program",
+        "preset",
+        "check",
+        "probe",
+        "watch",
+        "log",
+        "completions",
+    ] {
         let Run { code, out, err } = encoring(&[command, "--help"], b"");
         assert_eq!((code, err.as_str()), (Some(0), ""), "{command}");
         assert!(out.contains(&format!("Examples:\n  encoring {command}")), "{out}");

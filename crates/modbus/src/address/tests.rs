@@ -113,6 +113,15 @@ fn what_is_wrong_is_told_with_its_place_and_what_is_allowed() {
     insta::assert_snapshot!(told);
 }
 
+#[test]
+fn the_documentation_lists_every_option() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/bus.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for key in COMMON.into_iter().chain(SERIAL) {
+        assert!(page.contains(&format!("| `{key}` |")), "docs/bus.md must list {key}");
+    }
+}
+
 fn any_place() -> impl Strategy<Value = Place> {
     (prop_oneof![Just(Table::Holding), Just(Table::Input)], 0..u16::MAX)
         .prop_map(|(table, first)| Place { table, first })

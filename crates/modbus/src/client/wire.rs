@@ -77,9 +77,10 @@ impl Wire {
 
     /// A serial line, on which answers to earlier requests may still be on their way.
     ///
-    /// They look like answers to later ones. So the first request is for one single register, which no other request
-    /// asks for. A unit answers in the order in which it was asked: when that answer is there, none to an earlier
-    /// request can follow.
+    /// They look like answers to later ones. So the first request is for one single register, which no call of a bus
+    /// asks for. A unit answers in the order in which it was asked, so when that answer is there, none to an earlier
+    /// request can follow. A unit that answers out of order cannot be guarded against: its frames say nothing of what
+    /// they answer.
     pub(super) async fn rtu(
         stream: impl Stream + 'static,
         unit: u8,

@@ -8,6 +8,8 @@ struct Gateway {
     holding: BTreeMap<u16, Cell>,
     time: u32,
     silent_from: u32,
+    /// Each answer of this number is lost.
+    lost: u32,
     /// Exceptions for a register that is not there, and for a table that is not.
     missing: u8,
     no_table: Option<Table>,
@@ -26,7 +28,7 @@ impl Source for Gateway {
         let refused = |exception| {
             Err(BusError::Refused { function: function(place.table), register: place.first, exception })
         };
-        if self.time > self.silent_from {
+        if self.time > self.silent_from || self.time.is_multiple_of(self.lost) {
             return Err(BusError::NoAnswer { within: Duration::from_secs(1) });
         }
         if self.no_table == Some(place.table) {
@@ -49,7 +51,7 @@ impl Source for Gateway {
 impl Gateway {
     fn new() -> Self {
         let (input, holding) = (BTreeMap::new(), BTreeMap::new());
-        Self { input, holding, time: 0, silent_from: u32::MAX, missing: 2, no_table: None }
+        Self { input, holding, time: 0, silent_from: u32::MAX, lost: u32::MAX, missing: 2, no_table: None }
     }
 
     fn table(&mut self, table: Table) -> &mut BTreeMap<u16, Cell> {
@@ -288,8 +290,15 @@ fn a_time_out_ends_the_search_and_is_told() {
     assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) });
     assert_eq!(
         error.to_string(),
-        "no answer within 1 s after 13 requests, reading 1 registers from input:300"
+        "no answer within 1 s after 14 requests, reading 1 registers from input:300"
     );
+}
+
+#[test]
+fn one_lost_answer_does_not_end_the_search() {
+    let mut gateway = Gateway::new().with(Table::Input, 0, encoders(WordOrder::HighFirst));
+    gateway.lost = 10;
+    assert_eq!(best(&gateway.search()).0, Certainty::Certain);
 }
 
 #[test]

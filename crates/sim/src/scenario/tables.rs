@@ -7,16 +7,18 @@ use std::path::{Path, PathBuf};
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::{Magnet, ServiceTimes, Unit, Week, ZeroLoss};
 use encoring_ring::profile::{BIT_2M, BIT_500K};
-use encoring_ring::{CycleTime, ENCODERS_MAX};
+use encoring_ring::slave::Jumper;
+use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, Instant, Model};
 use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    Change, Device, Event, Happening, LineFault, MOTION_ROWS_MAX, NewMotion, PER_S_MAX, SECONDS_MAX,
-    VOLTS_MAX,
+    Change, Chip, Device, Event, Happening, Level, LineFault, MOTION_ROWS_MAX, NewMotion, PER_S_MAX,
+    SECONDS_MAX, VOLTS_MAX,
 };
+use crate::fault::PER_MILLION;
 use crate::memory::CellFault;
 use crate::motion::{Motion, RAW_MAX};
 
@@ -44,6 +46,7 @@ pub(super) struct RingTable {
     software_us: Option<u32>,
     cable_m: u32,
     faulty_per_million: u32,
+    level: Level,
 }
 
 #[derive(Deserialize)]
@@ -179,6 +182,12 @@ pub struct SetTable {
     pub motion: Option<MotionTable>,
     /// Makes the memory fail, or repairs it.
     pub eeprom: Option<EepromTable>,
+    /// `true` holds the protocol chip in reset, `false` lets it go.
+    pub chip_held: Option<bool>,
+    /// The jumper for the next device: `true` there, `false` missing.
+    pub jumper: Option<bool>,
+    /// Another identification word, as a number.
+    pub ident: Option<u16>,
 }
 
 /// A fault of the memory.
@@ -212,7 +221,7 @@ pub enum EepromTable {
 }
 
 impl RingTable {
-    pub(super) fn read(&self) -> Result<(CycleTime, u32), Problem> {
+    pub(super) fn read(&self) -> Result<(CycleTime, u32, Level), Problem> {
         let bit = match self.kbit_s.unwrap_or(500) {
             500 => BIT_500K,
             2000 => BIT_2M,
@@ -223,7 +232,7 @@ impl RingTable {
         let software_us = self.software_us.unwrap_or(200);
         within("software_us", i64::from(software_us), 0, 1_000_000)?;
         let software = Duration::from_micros(u64::from(software_us));
-        Ok((CycleTime { bit, software, cable_m: self.cable_m }, self.faulty_per_million))
+        Ok((CycleTime { bit, software, cable_m: self.cable_m }, self.faulty_per_million, self.level))
     }
 }
 
@@ -397,6 +406,13 @@ impl EventTable {
                 Happening::Device { position: position as usize, changes: set.read(&device.unit, beside)? }
             }
             (None, None, Some(segment), Some(fault), for_s) => {
+                if let LineFault::Flips(chance)
+                | LineFault::Bursts(chance)
+                | LineFault::Jitter(chance)
+                | LineFault::Lost(chance) = fault
+                {
+                    within("bits in a million", i64::from(chance), 0, i64::from(PER_MILLION))?;
+                }
                 within("segment", segment, 0, devices.len() as i64)?;
                 let lasting = match for_s {
                     Some(for_s) => seconds("for_s", for_s)?,
@@ -415,7 +431,7 @@ impl EventTable {
 }
 
 impl SetTable {
-    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs. Files are looked for
+    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs, chip. Files are looked for
     /// beside the scenario.
     ///
     /// # Errors
@@ -452,6 +468,15 @@ impl SetTable {
                 return Err(format!("{name}: preset inputs of a {}: {inputs}", unit.model()));
             }
             changes.push(Change::Preset { input, millivolts: millivolts(name, volts)? });
+        }
+        if let Some(held) = self.chip_held {
+            changes.push(Change::Chip(if held { Chip::Held } else { Chip::Running }));
+        }
+        if let Some(closed) = self.jumper {
+            changes.push(Change::Jumper(if closed { Jumper::Closed } else { Jumper::Open }));
+        }
+        if let Some(ident) = self.ident {
+            changes.push(Change::Ident(Ident(ident)));
         }
         if changes.is_empty() { Err("nothing is set".to_owned()) } else { Ok(changes) }
     }

@@ -91,13 +91,13 @@ fn the_encoder_at_a_ring_position_is_found_among_other_modules() {
     coupler.set(8005, &[0xDDDD, 0x4100, 0x0001, 0x4300, 0x0003]);
     let mut client = coupler.client();
     assert_eq!(read(&mut client, 1, 1).unwrap(), [0x0000_1111]);
-    assert_eq!(coupler.requests(), [(3, 1400, 1), (3, 1401, 4), (3, 8000, 2)]);
+    assert_eq!(coupler.requests(), [(3, 1400, 2), (3, 1401, 4), (3, 8000, 2)]);
     assert_eq!(read(&mut client, 3, 1).unwrap(), [0x2000_2222]);
     assert_eq!(client.out(3).unwrap(), OutWord(0x4300_0003));
     let mut input = [InWord(0)];
     client.cycle(Some((3, OutWord(0xC200_270F))), 3, &mut input).unwrap();
     assert_eq!(input, [InWord(0x2000_2222)]);
-    let directory = [(3, 1400, 1), (3, 1401, 4)];
+    let directory = [(3, 1400, 2), (3, 1401, 4)];
     let (before, after) = ([(3, 8003, 2), (3, 8008, 2)], [(16, 8008, 2), (3, 8003, 2)]);
     assert_eq!(coupler.requests(), [before, directory, after].concat());
     assert_eq!(
@@ -127,7 +127,7 @@ fn a_directory_that_cannot_be_true_is_an_error() {
     let error = read(&mut coupler.client(), 1, 1).unwrap_err();
     let got = encoring_station::bus::Garbled::LengthCode { code: 0x2A };
     assert_eq!(error, BusError::Garbled { function: 3, register: 1401, got });
-    coupler.set(1400, &[0]);
+    coupler.set(1400, &[0, 0]);
     let error = read(&mut coupler.client(), 0, 1).unwrap_err();
     assert_eq!(error, BusError::NoEncoder { position: 0, encoders: 0 });
 }

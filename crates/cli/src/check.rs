@@ -1,0 +1,103 @@
+//! `encoring check`: the data check, and what its status means.
+
+use std::fmt;
+
+use clap::Args;
+use encoring_host::Services;
+use encoring_host::preset::code;
+use encoring_host::service::{Check, check};
+use encoring_station::master::MasterError;
+use serde::Serialize;
+
+use crate::ask::confirmed;
+use crate::bus::{Encoder, Target};
+use crate::output::{Answer, Failure, Format, print};
+use crate::told::{Failed, Shown, StatusView, TargetView};
+
+/// Run the data check: which error is pending, and is it over
+///
+/// Service 08 returns the error status and ends errors that are over. It also makes values count that were programmed
+/// and never checked: the position may jump. On an LA-66 it only returns the status.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 no error; 1 an error is or was pending, or another master is at
+work; 2 bad usage; 3 no answer.
+
+Examples:
+  encoring check --bus sim --at 2 --yes
+  encoring check --bus modbus-tcp://192.168.1.10 --at 0 --model ce-65-m")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    encoder: Encoder,
+    /// Do not ask
+    #[arg(long)]
+    yes: bool,
+    /// Text for people, or one JSON object for programs (docs/json.md)
+    #[arg(long, default_value = "text")]
+    format: Format,
+}
+
+#[derive(Serialize)]
+struct CheckView {
+    #[serde(flatten)]
+    target: TargetView,
+    #[serde(flatten)]
+    status: StatusView,
+    before: Shown,
+    after: Shown,
+    #[serde(skip)]
+    check: Check,
+}
+
+impl fmt::Display for CheckView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.target)?;
+        writeln!(f, "{}", self.status)?;
+        writeln!(
+            f,
+            "{}",
+            match (self.check.is_good(), self.check.remains) {
+                (true, _) => "no error is or was pending",
+                (false, false) => "this error was pending and is over",
+                (false, true) => "this error remains until it is corrected",
+            }
+        )?;
+        writeln!(f, "position before: {}", self.before)?;
+        writeln!(f, "position now:    {}", self.after)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    arguments.encoder.ring.writing("check")?;
+    let (mut opened, target) = arguments.encoder.open()?;
+    confirmed(
+        arguments.yes,
+        &format!(
+            "{}: the data check makes values count that were programmed and never checked; the position may jump.",
+            TargetView::new(target)
+        ),
+    )?;
+    let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));
+    opened.close()?;
+    let view = told?;
+    print(arguments.format, &view)?;
+    Ok(if view.check.is_good() { Answer::Yes } else { Answer::No })
+}
+
+fn look_and_check<S: Services<Error = MasterError>>(
+    services: &mut S,
+    target: Target,
+) -> Result<CheckView, Failed> {
+    let before = services.look().map_err(Failed::Bus)?;
+    let check = check(services)?;
+    let after = services.look().map_err(Failed::Bus)?;
+    // What the check said must not be lost to a read that fails.
+    let code = code(services, target.model).ok();
+    Ok(CheckView {
+        target: TargetView::new(target),
+        status: StatusView::of(check, target.model),
+        before: Shown::new(before, code),
+        after: Shown::new(after, code),
+        check,
+    })
+}

@@ -1,0 +1,216 @@
+//! What `program` and `write` report.
+
+use std::fmt;
+
+use encoring_host::program::{Back, Prepared, Report, Row, Stopped};
+use encoring_station::BusError;
+use encoring_station::master::MasterError;
+use encoring_words::parameter::{Code, CountingDirection};
+use encoring_words::{ErrorStatus, InWord, Model, Parameter};
+use serde::Serialize;
+
+use crate::bus::Target;
+use crate::output::Answer;
+use crate::told::{FailureView, Shown, StatusView, TargetView, meaning};
+
+#[derive(Serialize)]
+pub(super) struct ProgramView {
+    #[serde(flatten)]
+    target: TargetView,
+    /// `verified`, `planned`, `not_begun`, `taken_back` or `incomplete`.
+    result: &'static str,
+    parameters: Vec<RowView>,
+    /// Errors that were pending before, and are over.
+    earlier: Option<StatusView>,
+    status: Option<StatusView>,
+    failure: Option<FailureView>,
+    before: Option<Shown>,
+    after: Option<Shown>,
+    /// The file that holds the old values.
+    backup: Option<String>,
+    text: Vec<String>,
+    #[serde(skip)]
+    answer: Answer,
+}
+
+#[derive(Serialize)]
+struct RowView {
+    service: String,
+    name: &'static str,
+    before: Option<u32>,
+    wanted: Option<u32>,
+    /// `None` if it is not known.
+    now: Option<u32>,
+    meaning: Option<String>,
+}
+
+impl RowView {
+    fn new(row: &Row, model: Model) -> Self {
+        Self {
+            service: format!("{:02X}", row.parameter.service().number()),
+            name: row.parameter.key(),
+            before: row.before,
+            wanted: row.wanted,
+            now: row.now,
+            meaning: row.now.and_then(|value| meaning(row.parameter, model, value)),
+        }
+    }
+}
+
+/// The code in which a word shows the position, as far as the rows know.
+fn code(rows: &[&Row], pick: impl Fn(&Row) -> Option<u32>, model: Model) -> Option<Code> {
+    if model != Model::Ce65M {
+        return Some(Code::Binary);
+    }
+    let direction = rows.iter().find(|row| row.parameter == Parameter::CountingDirection);
+    direction.and_then(|row| pick(row)).map(|value| CountingDirection::from_data(value).code)
+}
+
+impl ProgramView {
+    fn new(target: Target, rows: &[&Row], earlier: ErrorStatus) -> Self {
+        let earlier = (!earlier.is_empty()).then(|| StatusView::new(earlier, false, target.model));
+        Self {
+            target: TargetView::new(target),
+            result: "verified",
+            parameters: rows.iter().map(|row| RowView::new(row, target.model)).collect(),
+            earlier,
+            status: None,
+            failure: None,
+            before: None,
+            after: None,
+            backup: None,
+            text: Vec::new(),
+            answer: Answer::Yes,
+        }
+    }
+
+    /// What would be written.
+    pub(super) fn planned(target: Target, prepared: &Prepared<MasterError>) -> Self {
+        let rows: Vec<_> = prepared.rows().collect();
+        let mut view = Self::new(target, &rows, prepared.earlier());
+        view.result = "planned";
+        view.before = shown(prepared.shown(), code(&rows, |row| row.before, target.model));
+        match prepared.stopped() {
+            Some(stopped) => view.stopped(stopped, target.model, None),
+            None => view.text.push("nothing was written: --dry-run".to_owned()),
+        }
+        view
+    }
+
+    /// What was written.
+    pub(super) fn done(
+        target: Target,
+        report: &Report<MasterError>,
+        behind: Option<BusError>,
+        backup: Option<String>,
+    ) -> Self {
+        let model = target.model;
+        let rows: Vec<_> = report.rows.iter().flatten().collect();
+        let mut view = Self::new(target, &rows, report.earlier);
+        view.before = shown(report.shown_before, code(&rows, |row| row.before, model));
+        view.after = shown(report.shown_after, code(&rows, |row| row.now, model));
+        view.backup = backup;
+        if let Err(stopped) = report.result {
+            view.stopped(stopped, model, behind);
+        }
+        let (result, text) = match report.back {
+            Back::NotNeeded => ("verified", "done and verified: written, checked, read back"),
+            Back::NothingWritten => ("not_begun", "nothing was written: the encoder holds what it held"),
+            Back::Restored => (
+                "taken_back",
+                "the old values were written back, checked and read back: the encoder holds what it held",
+            ),
+            Back::Failed => (
+                "incomplete",
+                "the old values could not be written back completely. The column now says what the encoder holds, \
+                 ? is not known;\nwith which of these values the position is computed is not known. Repeat the \
+                 command, or write the backup back.",
+            ),
+        };
+        view.result = result;
+        view.text.push(text.to_owned());
+        view
+    }
+
+    fn stopped(&mut self, stopped: Stopped<MasterError>, model: Model, behind: Option<BusError>) {
+        self.answer = Answer::No;
+        match stopped {
+            Stopped::Service(failed) => {
+                let failure = FailureView::new(failed, model, behind);
+                self.answer = failure.answer();
+                self.failure = Some(failure);
+            }
+            Stopped::WouldBeRefused(status) => {
+                self.status = Some(StatusView::new(status, true, model));
+                self.text.push("the data check would refuse these values together:".to_owned());
+            }
+            Stopped::NotAccepted(check) => {
+                self.status = Some(StatusView::of(check, model));
+                self.text.push("the data check refused these values:".to_owned());
+            }
+            Stopped::NotStored { parameter, wanted, read } => self.text.push(format!(
+                "{} was acknowledged as {wanted} and reads back as {read}",
+                parameter.key()
+            )),
+            Stopped::Unreadable { parameter } => self.text.push(format!(
+                "{} cannot be read for certain: an error is pending that remains, and a 0 may also be a record that \
+                 cannot be read",
+                parameter.key()
+            )),
+            Stopped::Position { shown: InWord(word), length } => self.text.push(format!(
+                "the values are accepted, but IN shows {word:08X}: no position from 0 to {length} without an error"
+            )),
+        }
+    }
+
+    pub(super) const fn answer(&self) -> Answer {
+        self.answer
+    }
+}
+
+fn shown(word: Option<InWord>, code: Option<Code>) -> Option<Shown> {
+    word.map(|word| Shown::new(word, code))
+}
+
+impl fmt::Display for ProgramView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let number =
+            |value: Option<u32>, none: &str| value.map_or(none.to_owned(), |value| value.to_string());
+        writeln!(f, "{}", self.target)?;
+        writeln!(f, "service  parameter             before    wanted       now")?;
+        for row in &self.parameters {
+            let line = format!(
+                "{:<7}  {:<18}  {:>8}  {:>8}  {:>8}  {}",
+                row.service,
+                row.name,
+                number(row.before, "?"),
+                number(row.wanted, "-"),
+                number(row.now, "?"),
+                row.meaning.as_deref().unwrap_or("")
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        if let Some(before) = &self.before {
+            writeln!(f, "position before: {before}")?;
+        }
+        if let Some(after) = &self.after {
+            writeln!(f, "position now:    {after}")?;
+        }
+        if let Some(earlier) = &self.earlier {
+            writeln!(f, "pending before:  {earlier}")?;
+        }
+        if let Some(failure) = &self.failure {
+            writeln!(f, "{failure}")?;
+        }
+        if let (Some(status), Some((first, rest))) = (&self.status, self.text.split_first()) {
+            writeln!(f, "{first}\n{status}")?;
+            rest.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        } else {
+            self.text.iter().try_for_each(|line| writeln!(f, "{line}"))?;
+        }
+        if let Some(backup) = &self.backup {
+            writeln!(f, "the old values are in {backup}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,275 @@
+//! The data cycle at bit level: a master, its slaves and the segments between them.
+//!
+//! [`BitRing::cycle`] has the face of [`WordRing::cycle`](crate::WordRing::cycle): OUT words in, answers loaded at the
+//! start, IN words out. It returns the verdict that would make the word level do the same; here it is not an argument
+//! but what the devices made of the bits.
+//!
+//! A device delays the line by some bits [A4]. The devices here pass bits on without delay, and all of it lies on the
+//! way home, where the master allows for it: every line carries the same bits in the same order, only their clocks
+//! are set differently. A test beside the chips with their delay shows that nothing else differs.
+
+use encoring_words::{Duration, InWord, Instant, OutWord};
+
+use crate::diagnostics::Place;
+use crate::frame::{Outgoing, frame_bits};
+use crate::ident::Ident;
+use crate::master::{ConfigurationError, Ended, Master, Slot, State};
+use crate::profile::{DEVICE_DELAY_BITS, STATUS_BEFORE_FRAME, STATUS_BITS};
+use crate::slave::{Condition, Lamps, Slave};
+use crate::telegram::{Bits, statuses};
+use crate::word_level::Verdict;
+
+/// What the segments do to the bits that pass. Segment k leads into the device at position k; the one after the last
+/// device leads home.
+pub trait Lines {
+    /// Some bits enter a segment, the first of them at `at`, counted in line bits since the ring was made; the same
+    /// number leaves it.
+    fn pass(&mut self, segment: usize, at: u64, line: Bits) -> Bits;
+}
+
+/// Segments that change nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sound;
+
+impl Lines for Sound {
+    fn pass(&mut self, _: usize, _: u64, line: Bits) -> Bits {
+        line
+    }
+}
+
+impl<F: FnMut(usize, u64, Bits) -> Bits> Lines for F {
+    fn pass(&mut self, segment: usize, at: u64, line: Bits) -> Bits {
+        self(segment, at, line)
+    }
+}
+
+/// A ring whose slaves are kept in `S`: an array, or whatever else holds a slice.
+#[derive(Clone, Debug)]
+pub struct BitRing<S> {
+    master: Master,
+    slaves: S,
+    bit: Duration,
+    /// Line bits since it was made.
+    sent: u64,
+    was_silent: bool,
+}
+
+/// What happened in one slot of the ring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cycled {
+    /// What the slot was used for, and how it ended for the master.
+    pub ended: Ended,
+    /// What the devices took of it, as the word level would be told.
+    pub verdict: Verdict,
+    /// Where the master sees the ring at fault.
+    pub place: Option<Place>,
+}
+
+impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
+    /// A ring of these slaves, its master ready, for bits of this length.
+    #[must_use]
+    pub fn new(slaves: S, bit: Duration) -> Self {
+        Self { master: Master::new(bit), slaves, bit, sent: 0, was_silent: true }
+    }
+
+    /// Tells the master what the ring is, activates and starts it, and runs it until data cycles can begin. The line is
+    /// as it is told to be; if it stays unfit for `slots` slots the ring is left in its search.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] if the devices are too many or have no length.
+    pub fn bring_up(&mut self, lines: &mut impl Lines, slots: usize) -> Result<(), ConfigurationError> {
+        // So many identification words need no storage: the master looks at one after the other.
+        let mut idents = [Ident(0); crate::profile::DEVICES_MAX];
+        let slaves = self.slaves.as_ref();
+        let devices = slaves.len();
+        for (ident, slave) in idents.iter_mut().zip(slaves) {
+            *ident = slave.identification();
+        }
+        let idents = idents.get(..devices).ok_or(ConfigurationError::Devices { devices })?;
+        self.master.configure(idents)?;
+        self.master.activate();
+        // It was activated a moment ago.
+        let _ = self.master.start();
+        for _ in 0..slots {
+            if self.master.state() == State::Run {
+                break;
+            }
+            self.slot(0, lines);
+        }
+        Ok(())
+    }
+
+    /// Runs one slot that ends at `now`: a data cycle, or what the master does in its place. `out`, `input` and
+    /// `answers` have one word a device, and mean what they do at word level; words go to the first four bytes of a
+    /// device, the high byte first.
+    pub fn cycle(
+        &mut self,
+        now: Instant,
+        out: &[OutWord],
+        input: &mut [InWord],
+        answers: &[Option<InWord>],
+        lines: &mut impl Lines,
+    ) -> Cycled {
+        for (position, out) in out.iter().enumerate() {
+            for (place, byte) in self.master.out_mut(position).iter_mut().zip(out.0.to_be_bytes()) {
+                *place = byte;
+            }
+        }
+        for (slave, answer) in self.slaves.as_mut().iter_mut().zip(answers) {
+            if let Some(answer) = answer {
+                slave.load(&answer.0.to_be_bytes());
+            }
+        }
+        let cycled = self.run(now, lines);
+        if cycled.ended == Ended::Good {
+            for (position, (shown, answer)) in input.iter_mut().zip(answers).enumerate() {
+                let bytes = self.master.input(position).first_chunk();
+                if let (Some(_), Some(bytes)) = (answer, bytes) {
+                    *shown = InWord(u32::from_be_bytes(*bytes));
+                }
+            }
+        }
+        cycled
+    }
+
+    /// Runs one slot that ends at `now`, with the bytes that master and slaves hold.
+    pub fn run(&mut self, now: Instant, lines: &mut impl Lines) -> Cycled {
+        let due = now.as_nanos().checked_div(self.bit.as_nanos()).unwrap_or_default();
+        let began = self.sent;
+        let ended = self.slot(due.saturating_sub(began), lines);
+        let verdict = self.verdict(ended, self.sent - began);
+        Cycled { ended, verdict, place: self.master.place() }
+    }
+
+    /// One slot of at least so many bits, and at least what its frame needs to come home.
+    fn slot(&mut self, bits: u64, lines: &mut impl Lines) -> Ended {
+        let began = self.sent;
+        match self.master.begin() {
+            Slot::Silent => {
+                let bits = bits.max(64);
+                while self.sent - began < bits {
+                    let left = (bits - (self.sent - began)).min(64);
+                    self.pause(Bits::idle(left as u32), lines);
+                }
+                self.was_silent = true;
+            }
+            Slot::Frame => {
+                if self.was_silent {
+                    self.pause(statuses(u32::from(2 * STATUS_BEFORE_FRAME)), lines);
+                    self.was_silent = false;
+                }
+                while let Some(telegram) = self.master.transmit() {
+                    let home = self.pass(telegram, lines);
+                    self.master.receive(home);
+                }
+                let delay = u64::from(DEVICE_DELAY_BITS) * self.slaves.as_ref().len() as u64;
+                let least = self.sent - began + delay + STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME);
+                let bits = bits.max(least);
+                // The first ones close the frame and throw switches; what is behind a switch needs some of its own.
+                self.pause(statuses(u32::from(STATUS_BEFORE_FRAME)), lines);
+                while self.sent - began < bits {
+                    let left = (bits - (self.sent - began)).div_ceil(STATUS_BITS);
+                    self.pause(statuses(left.min(12) as u32), lines);
+                }
+            }
+        }
+        self.master.end(self.sent - began)
+    }
+
+    fn pause(&mut self, line: Bits, lines: &mut impl Lines) {
+        let home = self.pass(line, lines);
+        self.master.receive_pause(home);
+    }
+
+    /// Sends some bits around; what comes home.
+    fn pass(&mut self, sent: Bits, lines: &mut impl Lines) -> Bits {
+        let idle = Bits::idle(sent.count);
+        let slaves = self.slaves.as_mut();
+        let last = slaves.len();
+        let mut line = sent;
+        let mut home = None;
+        for (segment, slave) in slaves.iter_mut().enumerate() {
+            // A switch that is thrown now is thrown behind these bits.
+            let outgoing = slave.outgoing();
+            line = slave.regenerate(lines.pass(segment, self.sent, line));
+            // A device without supply turns nothing back.
+            if outgoing == Outgoing::Off && slave.condition() == Condition::Running {
+                home.get_or_insert(line);
+                line = idle;
+            }
+        }
+        let home = if last == 0 { sent } else { home.unwrap_or(idle) };
+        let home = lines.pass(last, self.sent, home);
+        self.sent += u64::from(sent.count);
+        home
+    }
+
+    fn verdict(&self, ended: Ended, bits: u64) -> Verdict {
+        let slaves = self.slaves.as_ref();
+        let leading = |is: &dyn Fn(&Slave) -> bool| slaves.iter().take_while(|slave| is(slave)).count();
+        let heard = leading(&|slave| slave.condition() == Condition::Running && slave.ages().0 < bits);
+        let took = leading(&|slave| slave.ages().1.is_some_and(|age| age < bits));
+        match ended {
+            Ended::Good if took == slaves.len() => Verdict::Good,
+            Ended::Good | Ended::Faulty if took > 0 => Verdict::Bad { segment: took },
+            _ if heard < slaves.len() => Verdict::Silent { segment: heard },
+            _ => Verdict::Bad { segment: 0 },
+        }
+    }
+
+    /// The master.
+    #[must_use]
+    pub const fn master(&self) -> &Master {
+        &self.master
+    }
+
+    /// The master, to be told what to do.
+    pub const fn master_mut(&mut self) -> &mut Master {
+        &mut self.master
+    }
+
+    /// The slaves, by position.
+    #[must_use]
+    pub fn slaves(&self) -> &[Slave] {
+        self.slaves.as_ref()
+    }
+
+    /// The slaves, to be changed.
+    pub fn slaves_mut(&mut self) -> &mut [Slave] {
+        self.slaves.as_mut()
+    }
+
+    /// The least time of a slot in which a data cycle of the whole ring fits.
+    #[must_use]
+    pub fn shortest(&self) -> Duration {
+        let slaves = self.slaves.as_ref();
+        let bytes = slaves.iter().map(Slave::bytes).sum();
+        let pause = STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME);
+        let bits = frame_bits(bytes) + u64::from(DEVICE_DELAY_BITS) * slaves.len() as u64 + pause;
+        Duration::from_nanos(bits.saturating_mul(self.bit.as_nanos()))
+    }
+
+    /// Line bits since the ring was made.
+    #[must_use]
+    pub const fn sent(&self) -> u64 {
+        self.sent
+    }
+
+    /// Time begins now: the bits so far count as sent before it.
+    pub const fn begin_time(&mut self) {
+        self.sent = 0;
+    }
+
+    /// The OUT word that the device at a position holds: the last one taken, 0 before the first and in reset.
+    #[must_use]
+    pub fn out_word(&self, position: usize) -> OutWord {
+        let bytes = self.slaves().get(position).and_then(|slave| slave.latched().first_chunk());
+        OutWord(bytes.map_or(0, |bytes| u32::from_be_bytes(*bytes)))
+    }
+
+    /// The lamps of the device at a position; `None` past the last one.
+    #[must_use]
+    pub fn lamps(&self, position: usize) -> Option<Lamps> {
+        self.slaves().get(position).map(Slave::lamps)
+    }
+}

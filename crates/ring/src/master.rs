@@ -1,0 +1,544 @@
+//! The master: it opens the ring device by device, runs data cycles, repeats what was faulty, and looks for the place
+//! of what stays so.
+//!
+//! It works a slot at a time: [`Master::begin`] chooses what the slot is for, [`Master::transmit`] gives the telegrams
+//! of a frame, [`Master::receive`] takes what comes home, and [`Master::end`] judges it and chooses what comes next.
+
+use encoring_words::Duration;
+
+use crate::diagnostics::{Counts, PERIPHERAL_FAULT, Place, SEARCHING, status};
+use crate::frame::{Control, Outgoing};
+use crate::ident::Ident;
+use crate::profile::{
+    DATA_BYTES_MAX, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC, MESSAGE_MODULE, SILENCE, STOP_AFTER,
+};
+use crate::telegram::{Bits, Cycle};
+
+mod configuration;
+mod line;
+
+use configuration::Table;
+use line::{Home, Receiver, Sender};
+
+pub use configuration::ConfigurationError;
+
+/// What the master does, as its controller sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// It works, and the line is silent or the ring is being opened.
+    Ready,
+    /// The configuration is known, and ID cycles run.
+    Active,
+    /// Data cycles run.
+    Run,
+}
+
+/// What the master does when it has found a break.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WhenBroken {
+    /// It looks again and again, until the ring is whole.
+    #[default]
+    Wait,
+    /// It runs on with the devices before the break, until it is activated anew.
+    RunOn,
+}
+
+/// A command that does not fit the state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("not possible while the ring is {state:?}")]
+pub struct Refused {
+    /// What the master does.
+    pub state: State,
+}
+
+/// What a slot is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Job {
+    /// Nothing: the line is silent.
+    Rest,
+    /// The line is silent until every device is in reset.
+    Silence { left: u64 },
+    /// An ID cycle that looks for so many devices, for the so-manieth time in vain.
+    Open { devices: usize, missing: u8, faulty: u8 },
+    /// An ID cycle of the whole ring, because data cycles are not wanted.
+    Identify,
+    /// An ID cycle that asks who saw the last data cycle go bad.
+    Locate,
+    /// A data cycle.
+    Data,
+}
+
+/// What a slot puts on the line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Slot {
+    /// Nothing.
+    Silent,
+    /// A frame and status telegrams.
+    Frame,
+}
+
+/// The master of a ring.
+#[derive(Clone, Debug)]
+pub struct Master {
+    wanted: State,
+    job: Job,
+    when_broken: WhenBroken,
+    /// What the ring should be, if somebody said so or it was found once.
+    configuration: Option<Table>,
+    /// What was found so far.
+    found: Table,
+    /// How many devices take part: all, or those before a break.
+    devices: usize,
+    out: [u8; DATA_BYTES_MAX],
+    input: [u8; DATA_BYTES_MAX],
+    sender: Sender,
+    receiver: Receiver,
+    silence_bits: u64,
+    faulty: u8,
+    searching: bool,
+    module_fault: bool,
+    dc_result: bool,
+    place: Option<Place>,
+    counts: Counts,
+}
+
+impl Master {
+    /// A master that is ready, for bits of this length.
+    #[must_use]
+    pub fn new(bit: Duration) -> Self {
+        Self {
+            wanted: State::Ready,
+            job: Job::Rest,
+            when_broken: WhenBroken::Wait,
+            configuration: None,
+            found: Table::EMPTY,
+            devices: 0,
+            out: [0; DATA_BYTES_MAX],
+            input: [0; DATA_BYTES_MAX],
+            sender: Sender::new(),
+            receiver: Receiver::new(),
+            silence_bits: SILENCE.as_nanos().checked_div(bit.as_nanos()).unwrap_or_default(),
+            faulty: 0,
+            searching: false,
+            module_fault: false,
+            dc_result: false,
+            place: None,
+            counts: Counts::default(),
+        }
+    }
+
+    /// Says what the ring should be. Without it the master takes what it finds when it is activated.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`]; [`Master::activate`] then finds what it found before.
+    pub fn configure(&mut self, idents: &[Ident]) -> Result<(), ConfigurationError> {
+        self.configuration = Some(Table::of(idents)?);
+        Ok(())
+    }
+
+    /// Says what to do when a break is found.
+    pub const fn set_when_broken(&mut self, when_broken: WhenBroken) {
+        self.when_broken = when_broken;
+    }
+
+    /// Resets the ring and opens it device by device. Once it is open ID cycles run.
+    pub fn activate(&mut self) {
+        self.wanted = State::Active;
+        self.place = None;
+        self.search();
+        self.searching = false;
+    }
+
+    /// Lets data cycles run, as soon as the ring is open.
+    ///
+    /// # Errors
+    /// [`Refused`] if the master was not activated.
+    pub fn start(&mut self) -> Result<(), Refused> {
+        if self.wanted == State::Ready {
+            return Err(Refused { state: self.state() });
+        }
+        self.wanted = State::Run;
+        if self.job == Job::Identify {
+            self.job = Job::Data;
+        }
+        Ok(())
+    }
+
+    /// Lets ID cycles run in place of data cycles. The devices keep what they have taken.
+    ///
+    /// # Errors
+    /// [`Refused`] if the master does not run.
+    pub fn stop(&mut self) -> Result<(), Refused> {
+        if self.wanted != State::Run {
+            return Err(Refused { state: self.state() });
+        }
+        self.wanted = State::Active;
+        if matches!(self.job, Job::Data | Job::Locate) {
+            self.job = Job::Identify;
+        }
+        Ok(())
+    }
+
+    /// Sends nothing any more: every device goes to reset and its outputs to 0.
+    pub fn alarm_stop(&mut self) {
+        self.wanted = State::Ready;
+        self.job = Job::Rest;
+        self.searching = false;
+        self.out = [0; DATA_BYTES_MAX];
+    }
+
+    /// Ends the ID cycles.
+    ///
+    /// # Errors
+    /// [`Refused`] while data cycles are wanted.
+    pub fn deactivate(&mut self) -> Result<(), Refused> {
+        if self.wanted == State::Run {
+            return Err(Refused { state: self.state() });
+        }
+        self.alarm_stop();
+        Ok(())
+    }
+
+    /// What the master does.
+    #[must_use]
+    pub const fn state(&self) -> State {
+        match self.job {
+            Job::Rest | Job::Silence { .. } | Job::Open { .. } => State::Ready,
+            Job::Identify => State::Active,
+            Job::Data | Job::Locate => State::Run,
+        }
+    }
+
+    /// The devices that take part.
+    #[must_use]
+    pub const fn devices(&self) -> usize {
+        self.devices
+    }
+
+    /// What was found at a position when the ring was opened, with the messages of that time left out.
+    #[must_use]
+    pub fn found(&self, position: usize) -> Option<Ident> {
+        self.found.ident(position)
+    }
+
+    /// The OUT bytes of a device, to be changed; they go out with the next data cycle.
+    pub fn out_mut(&mut self, position: usize) -> &mut [u8] {
+        let range = self.table().range(position);
+        self.out.get_mut(range).unwrap_or_default()
+    }
+
+    /// The IN bytes of a device, of the last good data cycle.
+    #[must_use]
+    pub fn input(&self, position: usize) -> &[u8] {
+        self.input.get(self.table().range(position)).unwrap_or_default()
+    }
+
+    /// Where the ring is at fault, as far as that is known.
+    #[must_use]
+    pub const fn place(&self) -> Option<Place> {
+        self.place
+    }
+
+    /// What was counted.
+    #[must_use]
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
+    }
+
+    /// The diagnostic status register.
+    #[must_use]
+    pub fn status(&self) -> u16 {
+        let state = match self.state() {
+            State::Ready => status::READY,
+            State::Active => status::READY | status::ACTIVE,
+            State::Run => status::READY | status::ACTIVE | status::RUN,
+        };
+        let broken = self.searching || self.devices < self.table().devices && self.state() == State::Run;
+        let when = |condition: bool, bit: u16| if condition { bit } else { 0 };
+        state
+            | when(self.searching, status::DETECT)
+            | when(broken && self.place.is_some(), status::BUS)
+            | when(matches!(self.place, Some(Place::Device(_))), status::USER)
+            | when(self.module_fault, status::PF)
+            | when(self.dc_result, status::DC_RESULT)
+            | when(self.counts.is_poor(), status::QUALITY)
+    }
+
+    /// The diagnostic parameter register.
+    #[must_use]
+    pub fn parameter(&self) -> u16 {
+        match self.place {
+            Some(place) => place.parameter(self.table().devices),
+            None if self.searching => SEARCHING,
+            None if self.module_fault => PERIPHERAL_FAULT,
+            None => 0,
+        }
+    }
+
+    /// The table that the image follows.
+    const fn table(&self) -> &Table {
+        match &self.configuration {
+            Some(table) => table,
+            None => &self.found,
+        }
+    }
+
+    /// Begins a slot.
+    pub fn begin(&mut self) -> Slot {
+        match self.job {
+            Job::Rest | Job::Silence { .. } => return Slot::Silent,
+            Job::Open { devices, .. } => self.compose_id(devices, Outgoing::On),
+            Job::Identify | Job::Locate => self.compose_id(self.devices, Outgoing::Off),
+            Job::Data => self.compose_data(),
+        }
+        self.sender.begin();
+        self.receiver.begin();
+        Slot::Frame
+    }
+
+    fn compose_data(&mut self) {
+        self.sender.compose(Cycle::Data);
+        // The last device comes first.
+        for position in (0..self.devices).rev() {
+            let range = self.table().range(position);
+            for byte in self.out.get(range).unwrap_or_default() {
+                self.sender.byte(*byte);
+            }
+        }
+    }
+
+    /// An ID cycle. `last` is for the outgoing bus of the last device, all others are on; so is the last one's as long
+    /// as the ring may go on behind it.
+    fn compose_id(&mut self, devices: usize, last: Outgoing) {
+        self.sender.compose(Cycle::Id);
+        for position in (0..devices).rev() {
+            let is_last = position + 1 == devices;
+            let ends_here = is_last && (last == Outgoing::Off || devices >= self.limit());
+            let outgoing = if ends_here { Outgoing::Off } else { Outgoing::On };
+            self.sender.word(Control::new(position as u16, outgoing).0);
+        }
+    }
+
+    /// How many devices are looked for.
+    fn limit(&self) -> usize {
+        match (self.when_broken, self.place, &self.configuration) {
+            (WhenBroken::RunOn, Some(Place::Break(segment)), _) if segment > 0 => segment,
+            (_, _, Some(table)) => table.devices,
+            (_, _, None) => DEVICES_MAX,
+        }
+    }
+
+    /// The next telegram of the frame; `None` once it is whole, or broken off because nothing comes home.
+    pub fn transmit(&mut self) -> Option<Bits> {
+        self.sender.next(self.receiver.is_still(), self.devices)
+    }
+
+    /// Takes what came home for a telegram of the frame.
+    pub fn receive(&mut self, home: Bits) {
+        self.receiver.receive(home);
+    }
+
+    /// Takes what came home for a pause.
+    pub fn receive_pause(&mut self, home: Bits) {
+        self.receiver.pause(home);
+    }
+
+    /// Ends a slot of so many bits: judges what came home and chooses what comes next.
+    pub fn end(&mut self, bits: u64) -> Ended {
+        match self.job {
+            Job::Rest => Ended::Idle,
+            Job::Silence { left } => {
+                let left = left.saturating_sub(bits);
+                self.job = if left > 0 { Job::Silence { left } } else { self.open_from_front() };
+                Ended::Idle
+            }
+            Job::Open { devices, missing, faulty } => {
+                self.end_open(devices, missing, faulty);
+                Ended::Id
+            }
+            Job::Identify | Job::Locate => {
+                self.end_identify();
+                Ended::Id
+            }
+            Job::Data => self.end_data(),
+        }
+    }
+
+    fn end_data(&mut self) -> Ended {
+        let length = self.sender.length();
+        let mut home = self.receiver.judge(Cycle::Data, length, self.devices);
+        // The loopback word comes home last; elsewhere, the ring has another length.
+        if home == Home::Good && self.receiver.word_at(length.saturating_sub(2)) != Some(LOOPBACK) {
+            home = Home::Bad(None);
+        }
+        self.dc_result = home != Home::Good;
+        match home {
+            Home::Good => {
+                self.counts.good();
+                self.faulty = 0;
+                if self.devices == self.table().devices {
+                    self.place = None;
+                }
+                let mut at = 0;
+                for position in (0..self.devices).rev() {
+                    let range = self.table().range(position);
+                    let length = range.len();
+                    let from = self.receiver.bytes.get(at..at + length).unwrap_or_default();
+                    for (place, byte) in self.input.get_mut(range).unwrap_or_default().iter_mut().zip(from) {
+                        *place = *byte;
+                    }
+                    at += length;
+                }
+                return Ended::Good;
+            }
+            Home::Bad(Some(segment)) => {
+                self.counts.bad();
+                self.counts.located(segment);
+                self.place = Some(Place::Segment(segment));
+            }
+            Home::Bad(None) => {
+                self.counts.bad();
+                self.job = Job::Locate;
+            }
+            Home::Silent => self.counts.bad(),
+        }
+        self.faulty = self.faulty.saturating_add(1);
+        if self.faulty >= STOP_AFTER {
+            self.search();
+        }
+        Ended::Faulty
+    }
+
+    fn end_identify(&mut self) {
+        let home = self.receiver.judge(Cycle::Id, self.sender.length(), self.devices);
+        let intact = home == Home::Good && self.receiver.word(self.devices) == Some(LOOPBACK);
+        if !intact {
+            self.faulty = self.faulty.saturating_add(1);
+            if self.faulty >= STOP_AFTER {
+                self.search();
+            }
+            return;
+        }
+        self.module_fault = false;
+        let mut first = None;
+        for position in 0..self.devices {
+            let ident = Ident(self.receiver.word(self.devices - 1 - position).unwrap_or_default());
+            self.module_fault |= ident.0 & MESSAGE_MODULE != 0;
+            if ident.0 & MESSAGE_CRC != 0 && first.is_none() {
+                first = Some(position);
+            }
+        }
+        if self.job == Job::Locate {
+            self.job = Job::Data;
+            // If no device saw it, it was on the way home.
+            let segment = first.unwrap_or(self.devices);
+            self.counts.located(segment);
+            self.place = Some(Place::Segment(segment));
+        }
+    }
+
+    /// Stops the bus and looks at it from the front.
+    fn search(&mut self) {
+        self.counts.searches += u64::from(!self.searching);
+        self.searching = true;
+        self.faulty = 0;
+        self.job = Job::Silence { left: self.silence_bits };
+    }
+
+    fn open_from_front(&mut self) -> Job {
+        self.found = Table::EMPTY;
+        self.devices = 0;
+        self.module_fault = false;
+        if self.limit() == 0 {
+            return self.opened();
+        }
+        Job::Open { devices: 1, missing: 0, faulty: 0 }
+    }
+
+    fn end_open(&mut self, devices: usize, missing: u8, faulty: u8) {
+        let home = self.receiver.judge(Cycle::Id, self.sender.length(), devices);
+        let known = devices - 1;
+        let ends_at = |words| self.receiver.word(words) == Some(LOOPBACK);
+        match home {
+            Home::Good if ends_at(devices) => self.take_in(known),
+            // Nobody is behind the last one, and nobody is expected.
+            Home::Good if ends_at(known) && self.configuration.is_none() && known > 0 => {
+                self.job = self.opened();
+            }
+            Home::Silent | Home::Good => {
+                if missing + 1 < ID_TRIES {
+                    self.job = Job::Open { devices, missing: missing + 1, faulty };
+                } else {
+                    self.fail(if known == 0 { Place::Nowhere } else { Place::Break(known) });
+                }
+            }
+            Home::Bad(place) => {
+                if faulty + 1 < STOP_AFTER {
+                    self.job = Job::Open { devices, missing, faulty: faulty + 1 };
+                } else {
+                    self.fail(match place {
+                        // What leads home is the same segment however far the ring is open.
+                        Some(segment) if segment >= devices => {
+                            Place::Segment(self.table().devices.max(segment))
+                        }
+                        Some(segment) => Place::Segment(segment),
+                        // As far as the ring was open before, it was good.
+                        None if known > 0 => Place::Segment(known),
+                        None => Place::Nowhere,
+                    });
+                }
+            }
+        }
+    }
+
+    /// A further device answers.
+    fn take_in(&mut self, position: usize) {
+        let ident = Ident(self.receiver.word(0).unwrap_or_default());
+        self.module_fault |= ident.0 & MESSAGE_MODULE != 0;
+        let expected = self.configuration.as_ref().map(|table| table.ident(position));
+        let fits = expected.is_none_or(|expected| expected == Some(ident.identity()));
+        if !fits || self.found.push(ident, position + 1).is_err() {
+            self.fail(Place::Device(position));
+            return;
+        }
+        self.devices = position + 1;
+        self.job = if self.devices >= self.limit() {
+            self.opened()
+        } else {
+            Job::Open { devices: self.devices + 1, missing: 0, faulty: 0 }
+        };
+    }
+
+    /// The ring is open as far as it goes.
+    fn opened(&mut self) -> Job {
+        self.searching = false;
+        self.faulty = 0;
+        if self.configuration.is_none() {
+            self.configuration = Some(self.found.clone());
+        }
+        match self.wanted {
+            State::Run => Job::Data,
+            State::Active => Job::Identify,
+            State::Ready => Job::Rest,
+        }
+    }
+
+    /// A place was found at which the ring cannot be opened further.
+    fn fail(&mut self, place: Place) {
+        self.place = Some(place);
+        self.search();
+    }
+}
+
+/// How a slot ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// The line was silent.
+    Idle,
+    /// An ID cycle.
+    Id,
+    /// A data cycle that was good throughout: the IN bytes are new.
+    Good,
+    /// A data cycle that was not.
+    Faulty,
+}

@@ -1,0 +1,131 @@
+//! Worlds on the bit level: without a fault the same words as on the word level, with one a master that searches.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, missing_docs, reason = "tests")]
+
+mod common;
+
+use common::{Ring, line, scenario, set, three};
+use encoring_ring::Verdict;
+use encoring_ring::diagnostics::Place;
+use encoring_sim::{Level, Scenario};
+
+const AT_BIT_LEVEL: &str = "[ring]\nlevel = \"bit\"\n";
+
+fn bits(text: &str) -> Ring {
+    let scenario = scenario(&format!("{text}{AT_BIT_LEVEL}"));
+    assert_eq!(scenario.level, Level::Bit);
+    Ring::of(&scenario)
+}
+
+#[test]
+fn without_a_fault_both_levels_are_the_same_to_every_exchange() {
+    let built_in = Scenario::built_in().unwrap();
+    let mut words = Ring::of(&built_in);
+    let mut bits = Ring::of(&Scenario { level: Level::Bit, ..built_in });
+    for cycle in 0..3_000_u32 {
+        // Positions, and now and then a service of one of the three.
+        let position = cycle as usize / 50 % 3;
+        let request = if cycle % 50 < 25 { 0x8100_0000 | (cycle / 50 % 9) << 24 } else { 0 };
+        words.out[position] = request;
+        bits.out[position] = request;
+        assert_eq!(words.cycle().verdict, Verdict::Good);
+        assert_eq!(bits.cycle().verdict, Verdict::Good);
+        assert_eq!(words.input, bits.input, "cycle {cycle}");
+    }
+    assert_eq!(words.rows, bits.rows);
+}
+
+#[test]
+fn a_silent_segment_stops_the_bus_and_it_comes_back_by_itself() {
+    let events = line(50.0, 2, "silent", 200.0);
+    let mut ring = bits(&format!("{}{events}", three([1_000, 2_000, 3_000])));
+    ring.out = vec![0x0000_0007; 3];
+    ring.run_to_ms(49.0);
+    let seen = ring.input.clone();
+    ring.run_to_ms(120.0);
+    // All encoders see OUT = 0, those before the break too: the master resets the ring to search.
+    for position in 0..3 {
+        assert_eq!(ring.world.ring().out_word(position, ring.world.now()).0, 0);
+    }
+    assert_eq!(ring.input, seen);
+    let master = ring.world.ring().master().unwrap();
+    assert_eq!((master.place(), master.parameter()), (Some(Place::Break(2)), 0x0280));
+    ring.run_to_ms(320.0);
+    assert_eq!(ring.last, Verdict::Good);
+    for position in 0..3 {
+        assert_eq!(ring.world.ring().out_word(position, ring.world.now()).0, 7);
+    }
+    assert_eq!(ring.world.ring().master().unwrap().status(), 0x00E0);
+}
+
+#[test]
+fn an_encoder_that_lost_its_supply_is_opened_again_when_it_is_back() {
+    let events = format!("{}{}", set(20.0, 1, "supply_v = 0.0"), set(100.0, 1, "supply_v = 24.0"));
+    let mut ring = bits(&format!("{}{events}", three([1_000, 2_000, 3_000])));
+    ring.run_to_ms(99.0);
+    assert_ne!(ring.last, Verdict::Good);
+    ring.run_to_ms(250.0);
+    assert_eq!(ring.last, Verdict::Good);
+    ring.cycles(3);
+    assert_eq!(ring.input, [100, 2_000, 3_000]);
+}
+
+#[test]
+fn chip_jumper_and_ident_break_the_ring_where_they_are() {
+    for (what, back, place) in [
+        ("chip_held = true", "chip_held = false", Place::Break(1)),
+        ("jumper = false", "jumper = true", Place::Break(2)),
+    ] {
+        for level in ["word", "bit"] {
+            let events = format!("{}{}", set(20.0, 1, what), set(300.0, 1, back));
+            let text = format!("{}{events}[ring]\nlevel = \"{level}\"\n", three([1_000, 2_000, 3_000]));
+            let mut ring = Ring::new(&text);
+            ring.run_to_ms(200.0);
+            assert_ne!(ring.last, Verdict::Good, "{what} at {level} level");
+            if let Some(master) = ring.world.ring().master() {
+                assert_eq!(master.place(), Some(place), "{what}");
+            }
+            ring.run_to_ms(500.0);
+            assert_eq!(ring.last, Verdict::Good, "{what} at {level} level");
+        }
+    }
+    let events = format!("{}{}", set(20.0, 2, "ident = 771"), set(30.0, 2, "supply_v = 0.0"));
+    let events = format!("{events}{}", set(60.0, 2, "supply_v = 24.0"));
+    let mut ring = bits(&format!("{}{events}", three([1_000, 2_000, 3_000])));
+    ring.run_to_ms(400.0);
+    assert_eq!(ring.world.ring().master().unwrap().place(), Some(Place::Device(2)));
+    assert_ne!(ring.last, Verdict::Good);
+}
+
+#[test]
+fn every_fault_of_a_segment_is_noticed_at_both_levels_and_ends_with_its_time() {
+    for fault in [
+        "\"bad\"",
+        "\"low\"",
+        "\"high\"",
+        "{ flips = 2000 }",
+        "{ bursts = 2000 }",
+        "{ jitter = 20000 }",
+        "{ lost = 2000 }",
+    ] {
+        for level in ["word", "bit"] {
+            let event = format!("[[event]]\nat_s = 0.02\nsegment = 1\nline = {fault}\nfor_s = 0.1\n");
+            let mut ring =
+                Ring::new(&format!("{}{event}[ring]\nlevel = \"{level}\"\n", three([1_000, 2_000, 3_000])));
+            let mut faulty = 0;
+            while ring.world.now().as_nanos() < 120 * common::MS {
+                faulty += u32::from(ring.cycle().verdict != Verdict::Good);
+            }
+            assert!(faulty >= 20, "{fault} at {level} level: {faulty}");
+            ring.run_to_ms(300.0);
+            assert_eq!(ring.last, Verdict::Good, "{fault} at {level} level");
+        }
+    }
+}
+
+#[test]
+fn chances_above_a_million_are_refused() {
+    let event = "[[event]]\nat_s = 0\nsegment = 1\nline = { flips = 1000001 }\n";
+    let text = format!("{}{event}", three([0, 0, 0]));
+    let error = Scenario::parse("x", &text, std::path::Path::new("")).unwrap_err();
+    assert_eq!(error.problem, "bits in a million 1000001; the limits are 0 and 1000000");
+}
