@@ -262,16 +262,20 @@ fn a_log_has_a_row_for_each_encoder_and_poll() {
 fn with_changes_only_what_differs_is_logged() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("ring.toml"), STILL).unwrap();
-    let arguments = ["log", "a.csv", "--bus", "sim:ring.toml", "--for", "1h", "--speed", "max", "--changes"];
+    let arguments = ["log", "a.csv", "--bus", "sim:ring.toml", "--for", "10m", "--speed", "max", "--changes"];
     let output = run(folder.path(), &[&arguments[..], &["--every", "1s"]].concat());
-    assert_eq!(text(&output.stdout), "1 rows of 3600 polls in 3599.999 s, 1 file: valid 3600\n");
+    let summary = text(&output.stdout);
+    assert!(
+        summary.starts_with("1 rows of 600 polls in ") && summary.ends_with(": valid 600\n"),
+        "{summary}"
+    );
     assert_eq!(rows(&folder.path().join("a.csv")), ["0,00000000,000030D4,valid,12500"]);
 }
 
 #[test]
 fn full_files_take_turns_and_the_oldest_goes() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "100", "--speed", "max", "--every", "0"];
+    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "30", "--speed", "max", "--every", "0"];
     let output = run(folder.path(), &[&arguments[..], &["--rotate-mb", "1", "--keep", "2"]].concat());
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let mut names: Vec<_> = fs::read_dir(folder.path())
@@ -288,7 +292,7 @@ fn full_files_take_turns_and_the_oldest_goes() {
         );
     }
     let last = text(&output.stdout);
-    assert!(last.contains(" rows of 14771") && last.contains(" files: valid "), "{last}");
+    assert!(last.contains(" rows of 4431") && last.contains(" files: valid "), "{last}");
 }
 
 #[test]
