@@ -107,9 +107,13 @@ impl fmt::Display for Summary {
 
 impl From<LogError> for Failure {
     fn from(error: LogError) -> Self {
+        let message = error.to_string();
         match error.problem {
-            LogProblem::Foreign | LogProblem::InUse => Self::BadInput(error.to_string()),
-            LogProblem::System { .. } => Self::NoAnswer(error.to_string()),
+            LogProblem::Foreign | LogProblem::InUse => Self::BadInput(message),
+            LogProblem::System { cause, .. } if cause.kind() == io::ErrorKind::BrokenPipe => {
+                Self::Output(cause)
+            }
+            LogProblem::System { .. } => Self::NoAnswer(message),
         }
     }
 }
@@ -125,8 +129,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = Plan { every: arguments.every, lasting: arguments.lasting };
     let stop = opened.stop();
     let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    // Standard output may be the log.
+    let special = log.is_special();
     let (summary, answer) = Logging::new(log, arguments).run(watch)?;
-    print(arguments.format, &summary)?;
+    if special {
+        note(&summary.to_string());
+    } else {
+        print(arguments.format, &summary)?;
+    }
     opened.close()?;
     Ok(answer)
 }

@@ -142,6 +142,12 @@ impl Log {
         &self.path
     }
 
+    /// `true` for a device or a pipe: it gets the rows, and does not take turns.
+    #[must_use]
+    pub const fn is_special(&self) -> bool {
+        self.special
+    }
+
     /// Rows written so far.
     #[must_use]
     pub const fn rows(&self) -> u64 {
