@@ -21,7 +21,11 @@
 //!
 //! A late reply never answers the next request: as long as an earlier request may still be under way (at the start,
 //! and after a time-out) a reply must stand for the settling time, while an encoder shows a withdrawn one in a single
-//! cycle only. What the poll brought before the present word was on OUT counts for nothing.
+//! cycle only.
+//!
+//! A word that may have left the ring before the present word was on OUT does not show that the encoder is free, and a
+//! reply that only looks as if it stood because the ring has stopped is none. Otherwise the age of a word does not matter:
+//! what a bus shows later it has not seen earlier, so a reply after a position, or a position after a reply, is new.
 
 use encoring_words::word::In;
 use encoring_words::{Duration, InWord, Instant, OutWord};
@@ -181,6 +185,14 @@ struct Shown {
     polls: u32,
 }
 
+/// A word that a poll has brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Noted {
+    input: InWord,
+    /// It may have left the ring as early as this.
+    left: Instant,
+}
+
 /// Why a request is being cleared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Ended {
@@ -263,31 +275,30 @@ impl Session {
     /// After a poll of the bus: `seen` is what it brought, with the session's last word on OUT; `None` if it failed.
     /// Returns what OUT shall be for the next poll, and the outcome if the service came to its end.
     pub fn cycle(&mut self, now: Instant, seen: Option<Seen>) -> (OutWord, Option<Outcome>) {
-        let fresh = self.note(now, seen);
+        let noted = self.note(now, seen);
         let outcome = match self.phase {
             Phase::Resting => None,
-            Phase::Preparing(request) => self.prepare(now, request, fresh),
-            Phase::Requesting { request, shown } => self.request(now, request, shown, seen.is_some(), fresh),
-            Phase::Ending(reply) => self.end(now, reply, fresh),
-            Phase::Clearing { ended, request, fate } => self.clearing(now, ended, request, fate, fresh),
+            Phase::Preparing(request) => self.prepare(now, request, noted),
+            Phase::Requesting { request, shown } => self.request(now, request, shown, noted),
+            Phase::Ending(reply) => self.end(now, reply, noted),
+            Phase::Clearing { ended, request, fate } => self.clearing(now, ended, request, fate, noted),
         };
         (self.out, outcome)
     }
 
-    /// Counts the poll, and keeps the word if it is younger than the word on OUT.
-    fn note(&mut self, now: Instant, seen: Option<Seen>) -> Option<InWord> {
+    /// Counts the poll.
+    fn note(&mut self, now: Instant, seen: Option<Seen>) -> Option<Noted> {
         self.wait.polls = self.wait.polls.saturating_add(1);
         let Seen { input, age } = seen?;
         self.wait.answered = self.wait.answered.saturating_add(1);
         self.wait.stands.get_or_insert(now);
         self.last = Some(input);
-        let left_the_ring = Instant(now.as_nanos().saturating_sub(age.as_nanos()));
-        (left_the_ring >= self.wait.since).then_some(input)
+        Some(Noted { input, left: Instant(now.as_nanos().saturating_sub(age.as_nanos())) })
     }
 
-    fn prepare(&mut self, now: Instant, request: Request, fresh: Option<InWord>) -> Option<Outcome> {
-        let free = fresh.filter(|input| !input.service_bit());
-        if let Some(shown) = free
+    fn prepare(&mut self, now: Instant, request: Request, noted: Option<Noted>) -> Option<Outcome> {
+        let free = noted.filter(|noted| noted.left >= self.wait.since && !noted.input.service_bit());
+        if let Some(Noted { input: shown, .. }) = free
             && self.settled(now, self.wait.stands, self.wait.answered)
         {
             self.error_before = shown.error_bit();
@@ -304,25 +315,25 @@ impl Session {
         now: Instant,
         request: Request,
         shown: Option<Shown>,
-        answered: bool,
-        fresh: Option<InWord>,
+        noted: Option<Noted>,
     ) -> Option<Outcome> {
         // Written again to a gateway that has meanwhile let its outputs fall, the service bit would rise twice.
-        let lost = !answered && request.moves_the_zero();
-        if let Some(reply) = fresh.and_then(|input| request.answered_by(input)) {
+        let lost = noted.is_none() && request.moves_the_zero();
+        let replied = noted.and_then(|noted| Some((request.answered_by(noted.input)?, noted.left)));
+        if let Some((reply, left)) = replied {
             let shown = match shown {
                 Some(shown) if shown.reply == reply => {
                     Shown { polls: shown.polls.saturating_add(1), ..shown }
                 }
                 _ => Shown { reply, since: now, polls: 0 },
             };
-            if self.stands(now, shown) {
+            if self.stands(now, left, shown) {
                 self.doubtful = false;
                 self.enter(now, Phase::Ending(reply), request.rest());
                 return None;
             }
             self.phase = Phase::Requesting { request, shown: Some(shown) };
-        } else if fresh.is_some() {
+        } else if noted.is_some() {
             self.phase = Phase::Requesting { request, shown: None };
         }
         if lost || self.is_out_of_patience(now) {
@@ -336,15 +347,17 @@ impl Session {
 
     /// Whether a reply may be believed. A bus that does not show every cycle could have torn it, so there it must be
     /// seen twice; in doubt it must stand for the settling time.
-    fn stands(&self, now: Instant, shown: Shown) -> bool {
+    fn stands(&self, now: Instant, left: Instant, shown: Shown) -> bool {
         if self.doubtful {
-            return shown.polls > 0 && self.settled(now, Some(shown.since), shown.polls);
+            return shown.polls > 0
+                && left >= shown.since
+                && self.settled(now, Some(shown.since), shown.polls);
         }
         shown.polls > 0 || self.timing.settle == Duration::ZERO
     }
 
-    fn end(&mut self, now: Instant, reply: Reply, fresh: Option<InWord>) -> Option<Outcome> {
-        if fresh.is_some_and(|input| !input.service_bit()) {
+    fn end(&mut self, now: Instant, reply: Reply, noted: Option<Noted>) -> Option<Outcome> {
+        if noted.is_some_and(|noted| !noted.input.service_bit()) {
             self.phase = Phase::Resting;
             return Some(Outcome::Done { reply, error_before: self.error_before });
         }
@@ -361,10 +374,10 @@ impl Session {
         ended: Ended,
         request: Request,
         fate: Fate,
-        fresh: Option<InWord>,
+        noted: Option<Noted>,
     ) -> Option<Outcome> {
         let late = match fate {
-            Fate::Unknown => fresh.and_then(|input| request.answered_by(input)),
+            Fate::Unknown => noted.and_then(|noted| request.answered_by(noted.input)),
             Fate::NotSent | Fate::CarriedOut(_) => None,
         };
         let fate = late.map_or(fate, Fate::CarriedOut);
@@ -373,7 +386,7 @@ impl Session {
             Fate::Unknown => self.is_out_of_patience(now),
             // Nothing more can come, so only the reply has to go.
             Fate::CarriedOut(_) => {
-                fresh.is_some_and(|input| !input.service_bit()) || self.is_out_of_patience(now)
+                noted.is_some_and(|noted| !noted.input.service_bit()) || self.is_out_of_patience(now)
             }
         };
         if !over {

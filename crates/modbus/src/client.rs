@@ -221,7 +221,8 @@ impl Core {
         let mut words = input.iter_mut();
         for (place, count) in runs {
             let registers = self.read(place, count, deadline).await?;
-            for (word, halves) in words.by_ref().zip(registers.as_chunks().0) {
+            // The registers first, so that the end of a run takes no word with it.
+            for (halves, word) in registers.as_chunks().0.iter().zip(words.by_ref()) {
                 *word = InWord(self.address.order.word(*halves));
             }
         }
