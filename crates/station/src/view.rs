@@ -195,7 +195,7 @@ impl DeviceView {
                 u: place.is_supplied(),
                 ba: place.is_supplied() && world.ring().bus_active(position, now),
                 rc: place.is_supplied() && connected,
-                rd: place.is_supplied() && (!connected || position + 1 == world.places().len()),
+                rd: place.is_supplied() && world.ring().outgoing_off(position, now, world.places().len()),
             },
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {
