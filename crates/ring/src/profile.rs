@@ -4,6 +4,11 @@
 //! public: each of its constants names its row in `docs/assumptions.md`, which says why and what would refute it. No
 //! other file of this crate holds an assumption.
 
+#![expect(
+    clippy::unusual_byte_groupings,
+    reason = "telegrams are written in their parts: start, header, data, stop"
+)]
+
 use encoring_words::Duration;
 
 /// A bit at 500 kbit/s [R7].

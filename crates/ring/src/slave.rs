@@ -215,7 +215,7 @@ impl Slave {
             return line;
         }
         let mut sent = 0;
-        for k in (0..line.count).rev() {
+        for k in (0..line.count.min(64)).rev() {
             let (tx, _) = self.step(line.bits >> k & 1 != 0);
             sent = sent << 1 | u64::from(tx);
         }

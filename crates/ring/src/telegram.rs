@@ -95,9 +95,13 @@ impl Bits {
     }
 }
 
-/// So many ones.
+/// So many ones, up to 64.
 const fn mask(count: u32) -> u64 {
-    if count == 0 { 0 } else { u64::MAX >> (64 - count) }
+    match count {
+        0 => 0,
+        1..=63 => u64::MAX >> (64 - count),
+        _ => u64::MAX,
+    }
 }
 
 /// What one bit was, to whoever has to put the next one on his own line.
@@ -440,6 +444,7 @@ pub(crate) enum Pause {
 }
 
 #[cfg(test)]
+#[expect(clippy::unusual_byte_groupings, reason = "telegrams are written in their parts")]
 mod tests {
     extern crate std;
     use super::*;

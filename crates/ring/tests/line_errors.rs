@@ -114,8 +114,8 @@ fn check(running: &Ring, flips: &Flips, found: &mut Found) {
     let cycled = ring.cycle(Instant(next * SLOT_NS), &NEW, &mut input, &IN_NEW.map(Some), &mut Sound);
     assert_eq!((cycled.ended, cycled.verdict), (Ended::Good, Verdict::Good), "{flips:X?}");
     assert_eq!(input, IN_NEW);
-    for position in 0..ENCODERS {
-        assert_eq!(ring.out_word(position), NEW[position]);
+    for (position, word) in NEW.iter().enumerate() {
+        assert_eq!(ring.out_word(position), *word);
     }
 }
 

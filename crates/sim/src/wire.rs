@@ -102,6 +102,15 @@ impl Wire {
         }
     }
 
+    /// The lamp RD: the outgoing bus is switched off [R139]. At word level it is so in reset and at the last device.
+    #[must_use]
+    pub fn outgoing_off(&self, position: usize, now: Instant, encoders: usize) -> bool {
+        match self {
+            Self::Word(ring) => !ring.incoming_connected(position, now) || position + 1 == encoders,
+            Self::Bit(wire) => wire.ring.lamps(position).is_some_and(|lamps| lamps.rd),
+        }
+    }
+
     /// The master with its diagnostic registers; the word level has none.
     #[must_use]
     pub const fn master(&self) -> Option<&Master> {

@@ -76,8 +76,8 @@ fn compare(seed: u64, seen: &mut Seen) {
         if chance.random_range(0..100) == 0 {
             off_until[position] = slot + chance.random_range(1..40);
         }
-        for position in 0..encoders {
-            let condition = if slot < off_until[position] { Condition::Off } else { Condition::Running };
+        for (position, until) in off_until.iter().enumerate() {
+            let condition = if slot < *until { Condition::Off } else { Condition::Running };
             if bits.slaves()[position].condition() != condition {
                 bits.slaves_mut()[position].set_condition(condition);
                 words.power_off(position);

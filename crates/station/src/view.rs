@@ -158,7 +158,7 @@ impl Lamps {
             u: on,
             ba: on && ring.bus_active(position, now),
             rc: on && connected,
-            rd: on && (!connected || position + 1 == world.places().len()),
+            rd: on && ring.outgoing_off(position, now, world.places().len()),
         })
     }
 }

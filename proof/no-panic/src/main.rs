@@ -15,8 +15,12 @@ use encoring_encoder::records::{self, EEPROM_BYTES, Record};
 use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
 use encoring_host::Seen;
 use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
+use encoring_ring::frame::{self, Control, EndWord, Outgoing};
 use encoring_ring::image::Half;
-use encoring_ring::{CycleTime, ProcessImage, Verdict, WordRing};
+use encoring_ring::master::WhenBroken;
+use encoring_ring::slave::{Condition, Jumper};
+use encoring_ring::telegram::{Bits, Decoder};
+use encoring_ring::{BitRing, CycleTime, Ident, ProcessImage, Slave, Verdict, WordRing};
 use encoring_words::model::{MODELS, Sensor};
 use encoring_words::parameter::{PARAMETERS, SsiValues};
 use encoring_words::service::SERVICES;
@@ -101,11 +105,8 @@ fn words() {
     }
     black_box(ServiceNumber::new(any()).number());
     black_box(gray::decode(gray::encode(any())));
-    let sensor = if any() {
-        Sensor::Rotary { steps_per_turn: any() }
-    } else {
-        Sensor::Linear { rod_um: any() }
-    };
+    let sensor =
+        if any() { Sensor::Rotary { steps_per_turn: any() } } else { Sensor::Linear { rod_um: any() } };
     let mut set = ParameterSet::factory(sensor);
     for parameter in PARAMETERS {
         black_box(parameter.normalise(model(), any()).ok());
@@ -131,11 +132,8 @@ fn words() {
 }
 
 fn encoder() {
-    let sensor = if any() {
-        Sensor::Rotary { steps_per_turn: any() }
-    } else {
-        Sensor::Linear { rod_um: any() }
-    };
+    let sensor =
+        if any() { Sensor::Rotary { steps_per_turn: any() } } else { Sensor::Linear { rod_um: any() } };
     let Ok(mut unit) = Unit::new(model(), sensor) else { return };
     let week: &str = black_box("41/1997");
     if let (Ok(week), Ok(other)) = (week.parse::<Week>(), Week::new(any(), any())) {
@@ -162,7 +160,12 @@ fn encoder() {
         black_box(encoder.ssi_clock(Instant(any()), level(), &terminals));
         black_box(encoder.ssi_level(Instant(any())));
         black_box((encoder.refreshed_at(Instant(any())), encoder.position(), encoder.latched_status()));
-        black_box((encoder.error_pending(), encoder.handshake(), encoder.active(), encoder.parameters().validity()));
+        black_box((
+            encoder.error_pending(),
+            encoder.handshake(),
+            encoder.active(),
+            encoder.parameters().validity(),
+        ));
     }
     encoder.power_off(&mut memory);
     black_box(&memory.0);
@@ -230,6 +233,52 @@ fn validity() {
     }
 }
 
+fn bits() {
+    let ident = Ident(any());
+    black_box((ident.kind(), ident.length(), ident.bytes(), ident.messages(), ident.identity()));
+    black_box((EndWord::decode(any()), frame::bad(any()), frame::frame_bits(any())));
+    let control = Control::new(any(), if any() { Outgoing::On } else { Outgoing::Off });
+    black_box((control.position(), control.outgoing(), control.resets()));
+    let mut decoder = Decoder::default();
+    while any() {
+        black_box(decoder.clock(any()));
+        black_box((decoder.is_bad(), decoder.is_whole(), decoder.is_framed()));
+    }
+    let mut slave = Slave::new(ident, Duration(any()));
+    while any() {
+        black_box(slave.clock(any()));
+        black_box(slave.regenerate(Bits { bits: any(), count: any::<u32>() & 0x3F }));
+        slave.load(black_box(&[0; 80]));
+        slave.set_ident(Ident(any()));
+        slave.set_jumper(if any() { Jumper::Open } else { Jumper::Closed });
+        slave.set_condition(if any() { Condition::Off } else { Condition::Running });
+        black_box((slave.latched().len(), slave.lamps(), slave.position(), slave.has_taken()));
+    }
+    let slaves = [slave.clone(), slave.clone(), slave];
+    let mut ring = BitRing::new(slaves, Duration(any()));
+    let mut lines = |_: usize, _: u64, line: Bits| Bits { bits: any(), count: line.count };
+    black_box(ring.bring_up(&mut lines, any()).is_ok());
+    while any() {
+        let out = black_box([OutWord(0); 4]);
+        let mut input = black_box([InWord(0); 4]);
+        let answers = black_box([Some(InWord(0)); 4]);
+        let out = out.get(..any::<usize>()).unwrap_or_default();
+        black_box(ring.cycle(Instant(any()), out, &mut input, &answers, &mut lines));
+        black_box((ring.out_word(any()), ring.lamps(any()), ring.shortest()));
+        let master = ring.master_mut();
+        black_box((master.status(), master.parameter(), master.input(any()).len(), master.found(any())));
+        black_box((master.counts().segment(any()), master.out_mut(any()).len()));
+        match any::<u8>() {
+            0 => master.activate(),
+            1 => master.alarm_stop(),
+            2 => black_box(master.start().is_ok()).then_some(()).unwrap_or_default(),
+            3 => black_box(master.stop().is_ok()).then_some(()).unwrap_or_default(),
+            4 => master.set_when_broken(WhenBroken::RunOn),
+            _ => black_box(master.configure(&[Ident(any()); 3]).is_ok()).then_some(()).unwrap_or_default(),
+        }
+    }
+}
+
 /// The entry; the program is linked, never run.
 #[unsafe(no_mangle)]
 pub extern "C" fn _start() -> ! {
@@ -237,5 +286,6 @@ pub extern "C" fn _start() -> ! {
     encoder();
     ring();
     validity();
+    bits();
     loop {}
 }

@@ -169,7 +169,7 @@ impl Receiver {
             Some(_) => return,
             None => {}
         }
-        for k in (0..line.count).rev() {
+        for k in (0..line.count.min(64)).rev() {
             match self.decoder.clock(line.bits >> k & 1 != 0) {
                 Step::Opens(_) => self.opens(),
                 Step::Ends(part, byte) => self.end(part, byte),
