@@ -244,6 +244,15 @@ mod tests {
     }
 
     #[test]
+    fn rods_are_as_long_as_the_message_says() {
+        let rod = |rod_um| Unit::new(Model::La66, Sensor::Linear { rod_um });
+        assert!(rod(10).is_ok() && rod(167_772_150).is_ok());
+        for rod_um in [0, 9, 167_772_151, u32::MAX] {
+            assert_eq!(rod(rod_um), Err(UnitError::RodLength { rod_um }));
+        }
+    }
+
+    #[test]
     fn firmware_weeks_have_an_order() {
         assert_eq!("41/1997".parse(), Ok(Week::AK40));
         assert_eq!(Week::AK40.to_string(), "41/1997");
@@ -255,6 +264,16 @@ mod tests {
         assert!("1/1998".parse::<Week>().unwrap() > Week::AK40);
         for wrong in ["", "41", "41/97", "0/1997", "54/1997", "41/2100", "+1/1997", "41/1997/1"] {
             assert_eq!(wrong.parse::<Week>(), Err(NotAWeek), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn the_first_and_the_last_firmware_week_are_those_of_the_message() {
+        for (week, year) in [(1, 1990), (53, 1990), (1, 2099), (53, 2099)] {
+            assert_eq!(Week::new(week, year), Ok(Week { year, week }));
+        }
+        for (week, year) in [(0, 1990), (54, 1990), (53, 1989), (0, 2099), (54, 2099), (1, 2100)] {
+            assert_eq!(Week::new(week, year), Err(NotAWeek), "{week}/{year}");
         }
     }
 }

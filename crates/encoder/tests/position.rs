@@ -5,9 +5,10 @@ mod common;
 
 use common::formula::{Rotary, rod_steps};
 use common::{Bench, cases, ce65, ce65_8192, ce100, la66};
+use encoring_encoder::position::{Offset, Scale};
 use encoring_encoder::{ServiceTimes, Unit};
-use encoring_words::Model;
 use encoring_words::model::Sensor;
+use encoring_words::{Model, ParameterSet};
 use proptest::prelude::*;
 
 /// Legal values of a rotary encoder: S from 10h to as many steps as the rating plate allows.
@@ -311,4 +312,13 @@ fn a_rod_position_above_its_length_wraps_at_24_bits() {
     bench.service(0xC200_0064);
     assert_eq!(bench.position(), 0xC0_0000, "the offset is in steps and stays");
     assert_eq!(bench.position_at(500_000), 0xC0_0064);
+}
+
+#[test]
+fn an_offset_that_no_memory_gives_is_taken_as_it_is() {
+    let sensor = Sensor::Rotary { steps_per_turn: 4096 };
+    let active = ParameterSet::factory(sensor);
+    for denominator in [0, 1] {
+        assert_eq!(Scale::new(sensor, &active, Offset { num: 100, denominator }).position(7), 107);
+    }
 }

@@ -141,6 +141,14 @@ mod tests {
     }
 
     #[test]
+    fn more_data_bits_than_any_service_stores_are_32() {
+        for code in [Code::Binary, Code::Gray] {
+            assert_eq!(frame(0x27_0F, false, code, 33), frame(0x27_0F, false, code, 32));
+            assert_eq!(frame(0x27_0F, false, code, u8::MAX), frame(0x27_0F, false, code, 32));
+        }
+    }
+
+    #[test]
     fn counted_pulses_put_out_the_same_bits_however_long_the_clock_runs() {
         for (frame, pulses) in
             [(frame(0xAB_CDEF, true, Code::Gray, 24), 300), (frame(0xFF_FFFF, false, Code::Binary, 24), 300)]
