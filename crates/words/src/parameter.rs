@@ -365,6 +365,23 @@ mod tests {
     }
 
     #[test]
+    fn every_parameter_has_a_name_of_its_own_in_files() {
+        let keys = PARAMETERS.map(Parameter::key);
+        assert_eq!(
+            keys,
+            [
+                "counting_direction",
+                "measuring_length",
+                "numerator",
+                "preset_value_1",
+                "preset_value_2",
+                "denominator",
+                "ssi_values"
+            ]
+        );
+    }
+
+    #[test]
     fn a_numerator_of_zero_hides_2_to_14() {
         assert_eq!(set(0xFF_FFFF, 0, 99).validity(Model::Ce65M, Q4096), ErrorStatus::NUMERATOR_ZERO);
     }
