@@ -59,8 +59,8 @@ def expect(what, got, expected):
 
 
 @contextlib.contextmanager
-def ring(program):
-    command = [program, "sim", "--modbus", "127.0.0.1:0", "--format", "json"]
+def ring(program, *options):
+    command = [program, "sim", "--modbus", "127.0.0.1:0", "--format", "json", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sim:
         try:
             address = json.loads(sim.stdout.readline())["modbus"]
@@ -108,13 +108,41 @@ def main(program):
             read_address=0, read_count=2, write_address=0, values=[0x4200, 0x1388]
         )
         assert not answer.isError() and answer.registers == [0x4200, 0x1388], answer
+
+        # Status, parameter, and the faults of segments 0 to 3.
+        for read in [client.read_holding_registers, client.read_input_registers]:
+            answer = read(900, count=6)
+            assert not answer.isError() and answer.registers == [0x00E0, 0, 0, 0, 0, 0], answer
         for problem in [
+            client.read_holding_registers(906, count=1),
+            client.write_register(902, 0),
             client.read_input_registers(6, count=1),
             client.read_input_registers(5, count=2),
             client.write_register(1000, 1),
         ]:
             assert problem.isError() and problem.exception_code == 2, problem
+
+    inline(program)
     print("pymodbus: 1 passed, 0 failed")
+
+
+def inline(program):
+    """The ring as an Inline coupler shows it: a directory, IN of all encoders, then OUT of all."""
+    with ring(program, "--layout", "inline") as client:
+        answer = client.read_holding_registers(1400, count=4)
+        assert not answer.isError() and answer.registers == [3, 0x0233, 0x0233, 0x0233], answer
+        answer = client.write_registers(8006 + 2 * 2, [0xC200, 0x270F])
+        assert not answer.isError(), answer
+        until = time.monotonic() + DEADLINE_S
+        while (seen := client.read_holding_registers(8000 + 2 * 2, count=2).registers) != [0xC200, 0x270F]:
+            assert time.monotonic() < until, seen
+        print(f"Inline: {seen[0]:04X}{seen[1]:04X}")
+        answer = client.read_holding_registers(900, count=3)
+        assert not answer.isError() and answer.registers == [0x00E0, 0, 0], answer
+        problem = client.readwrite_registers(read_address=8000, read_count=2, write_address=8006, values=[0])
+        assert problem.isError() and problem.exception_code == 1, problem
+        problem = client.write_register(8000, 1)
+        assert problem.isError() and problem.exception_code == 2, problem
 
 
 main(sys.argv[1])

@@ -1,13 +1,16 @@
 //! Any bytes as a stream of Modbus TCP requests to a process image, judged beside plain lists of registers.
 #![no_main]
 
-use encoring_modbus::WordOrder;
+use encoring_modbus::{Layout, WordOrder};
 use encoring_modbus::pdu::{PDU_MAX, respond};
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
 use libfuzzer_sys::fuzz_target;
 
+const DIAGNOSIS: usize = 900;
 const MIRROR: usize = 1000;
+const MODULES: usize = 1400;
+const PROCESS: usize = 8000;
 
 /// The halves of the words in the order of their registers.
 fn registers(words: impl Iterator<Item = u32>, order: WordOrder) -> Vec<u16> {
@@ -26,6 +29,10 @@ fn input(image: &ProcessImage, order: WordOrder) -> Vec<u16> {
     registers(image.input().iter().map(|word| word.0), order)
 }
 
+fn diagnosis(image: &ProcessImage) -> Vec<u16> {
+    [&[image.status(), image.parameter()], image.faults()].concat()
+}
+
 fn number(request: &[u8], at: usize) -> usize {
     usize::from(u16::from_be_bytes([request[at], request[at + 1]]))
 }
@@ -37,17 +44,23 @@ fn write(registers: &mut [u16], address: usize, values: &[u8]) {
     }
 }
 
-fn judge(request: &[u8], image: &mut ProcessImage, order: WordOrder) {
+fn judge(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOrder) {
     let before = image.clone();
-    let (mut holding, shown) = (out(image, order), input(image, order));
-    let answer = respond(request, image, order);
+    let (mut outputs, inputs) = (out(image, order), input(image, order));
+    let encoders = image.encoders();
+    let first_out = if layout == Layout::Inline { PROCESS + inputs.len() } else { 0 };
+    let answer = respond(request, image, layout, order);
     let exception = answer.is_exception();
     let answer = answer.as_bytes();
     assert!((2..=PDU_MAX).contains(&answer.len()), "{request:02X?} -> {answer:02X?}");
     assert_eq!(image.input(), before.input(), "{request:02X?} changed what only encoders say");
+    assert_eq!(diagnosis(image), diagnosis(&before), "{request:02X?} changed what only the master says");
 
     let function = request[0];
-    let served = [3, 4, 6, 16, 23].contains(&function);
+    let served = match layout {
+        Layout::Plain => [3, 4, 6, 16, 23].contains(&function),
+        Layout::Inline => [3, 4, 6, 16].contains(&function),
+    };
     if exception {
         assert_eq!(*image, before, "{request:02X?} was refused and changed the image");
         assert_eq!(answer[0], function | 0x80, "{request:02X?} -> {answer:02X?}");
@@ -59,14 +72,14 @@ fn judge(request: &[u8], image: &mut ProcessImage, order: WordOrder) {
     assert!(served, "{request:02X?} -> {answer:02X?}");
     assert_eq!(answer[0], function, "{request:02X?} -> {answer:02X?}");
 
-    // What is written: the registers named, and no others.
+    // What is written: the registers named, and no others. One before the OUT words is out of bounds too.
     match function {
-        6 => write(&mut holding, number(request, 1), &request[3..]),
-        16 => write(&mut holding, number(request, 1), &request[6..]),
-        23 => write(&mut holding, number(request, 5), &request[10..]),
+        6 => write(&mut outputs, number(request, 1) - first_out, &request[3..]),
+        16 => write(&mut outputs, number(request, 1) - first_out, &request[6..]),
+        23 => write(&mut outputs, number(request, 5) - first_out, &request[10..]),
         _ => {}
     }
-    assert_eq!(out(image, order), holding, "{request:02X?}");
+    assert_eq!(out(image, order), outputs, "{request:02X?}");
 
     // What is read: after the write, from the registers named.
     if [6, 16].contains(&function) {
@@ -74,11 +87,16 @@ fn judge(request: &[u8], image: &mut ProcessImage, order: WordOrder) {
         return;
     }
     let (address, count) = (number(request, 1), number(request, 3));
-    let read = match address {
-        _ if function == 4 => &shown[address..address + count],
-        MIRROR.. => &shown[address - MIRROR..address - MIRROR + count],
-        _ => &holding[address..address + count],
+    let shown = match (layout, address) {
+        (Layout::Inline, PROCESS..) => (PROCESS, [inputs, outputs].concat()),
+        (Layout::Inline, MODULES..) => (MODULES, [vec![encoders as u16], vec![0x0233; encoders]].concat()),
+        (Layout::Plain, MIRROR..) if function != 4 => (MIRROR, inputs),
+        (_, DIAGNOSIS..) => (DIAGNOSIS, diagnosis(image)),
+        (Layout::Plain, _) if function == 4 => (0, inputs),
+        (Layout::Plain, _) => (0, outputs),
+        (Layout::Inline, _) => panic!("{request:02X?} -> {answer:02X?}"),
     };
+    let read = &shown.1[address - shown.0..address - shown.0 + count];
     let expected: Vec<u8> = read.iter().flat_map(|value| value.to_be_bytes()).collect();
     assert_eq!(usize::from(answer[1]), 2 * count, "{request:02X?} -> {answer:02X?}");
     assert_eq!(&answer[2..], expected, "{request:02X?} -> {answer:02X?}");
@@ -89,6 +107,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Some((&first, mut stream)) = bytes.split_first() else { return };
     let encoders = [0, 1, 3, 128][usize::from(first & 3)];
     let order = if first & 4 == 0 { WordOrder::HighFirst } else { WordOrder::LowFirst };
+    let layout = if first & 8 == 0 { Layout::Plain } else { Layout::Inline };
     let mut image = ProcessImage::new(encoders).expect("at most 128");
     for (position, word) in (1..).zip(image.input_mut()) {
         *word = InWord(0x0102_0304 * position);
@@ -96,6 +115,7 @@ fuzz_target!(|bytes: &[u8]| {
     for (position, word) in (1..).zip(image.out_mut()) {
         *word = OutWord(0x4030_2010_u32.wrapping_add(position));
     }
+    image.diagnose(0x10E0, 0x0301, 0xFF80..);
     // Transaction, protocol, length, unit.
     while let [_, _, 0, 0, length_1, length_0, _, rest @ ..] = stream {
         let length = usize::from(u16::from_be_bytes([*length_1, *length_0]));
@@ -103,7 +123,7 @@ fuzz_target!(|bytes: &[u8]| {
             break;
         }
         let (request, next) = rest.split_at(length - 1);
-        judge(request, &mut image, order);
+        judge(request, &mut image, layout, order);
         stream = next;
     }
 });

@@ -9,7 +9,7 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_modbus::{Counters, WordOrder};
+use encoring_modbus::{Counters, Layout, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, World, device_line, state};
 use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
@@ -31,7 +31,8 @@ const LOOK_EVERY: Real = Real::from_millis(20);
 /// Runs encoders on a simulated ring, reached over Modbus TCP.
 ///
 /// Without a scenario: an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving. Position k of the ring has its OUT
-/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first.
+/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
+/// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
 ///
 /// Ends on Ctrl-C, on SIGTERM and after --for, with exit code 0 and the memories saved.
 #[derive(Args)]
@@ -49,6 +50,9 @@ pub(crate) struct Arguments {
     /// Address of the Modbus server: HOST:PORT, PORT on this machine, or off.
     #[arg(long, value_name = "ADDR", default_value = MODBUS_DEFAULT)]
     modbus: String,
+    /// Which register holds what: plain, or inline as an Inline bus coupler has it.
+    #[arg(long, value_name = "LAYOUT", default_value = "plain")]
+    layout: Layout,
     /// Which word of an encoder has the lower register.
     #[arg(long, value_name = "ORDER", default_value = "high-first")]
     word_order: WordOrder,
@@ -184,6 +188,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     };
     let mut report = Report {
         format: arguments.format,
+        layout: arguments.layout,
         next_event: 0,
         modbus: where_it_listens("modbus", modbus.as_ref())?,
         control: where_it_listens("control", control.as_ref())?,
@@ -192,6 +197,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
 
     if let Some(listener) = modbus {
         let options = encoring_modbus::Options {
+            layout: arguments.layout,
             word_order: arguments.word_order,
             connections: usize::from(arguments.modbus_connections),
             idle: Real::from_secs(u64::from(arguments.modbus_idle)),
@@ -366,6 +372,7 @@ fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Op
 /// What is printed.
 struct Report {
     format: Format,
+    layout: Layout,
     /// Number of the first event not yet told.
     next_event: u64,
     modbus: Option<String>,
@@ -384,11 +391,12 @@ struct Listening<'a> {
 
 /// The last line for programs.
 #[derive(Serialize)]
-struct StoppedLine {
+struct StoppedLine<'a> {
     event: &'static str,
     time_ns: u64,
     #[serde(flatten)]
     counters: encoring_station::view::Counters,
+    segment_faults: &'a [u16],
 }
 
 impl Report {
@@ -409,17 +417,21 @@ impl Report {
             "{encoders} on a simulated ring, a cycle every {}",
             Duration::from_nanos(view.cycle_ns)
         )?;
-        writeln!(out, "position  device  model     OUT holding  IN input  position now")?;
+        let places = |position| self.layout.places(position, view.devices.len());
+        let [out_head, in_head] = places(0).map(|(table, _)| table);
+        // Registers of the Inline layout have four digits.
+        let wide = if self.layout == Layout::Inline { 10 } else { 8 };
+        let in_head = format!("IN {in_head}");
+        writeln!(out, "position  device  model     OUT {out_head}  {in_head:<wide$}  position now")?;
         for device in &view.devices {
-            let register = 2 * device.position;
+            let [out_registers, in_registers] =
+                places(device.position).map(|(_, first)| format!("{first}, {}", first + 1));
             writeln!(
                 out,
-                "{:>8}  {:<6}  {:<8}  {:<11}  {:<8}  {}",
+                "{:>8}  {:<6}  {:<8}  {out_registers:<11}  {in_registers:<wide$}  {}",
                 device.position,
                 device.device_number,
                 device.model,
-                format!("{register}, {}", register + 1),
-                format!("{register}, {}", register + 1),
                 device.value.map_or_else(|| "off".to_owned(), |value| value.to_string()),
             )?;
         }
@@ -446,8 +458,9 @@ impl Report {
     fn end(&self, view: &View) -> io::Result<()> {
         let mut out = io::stdout().lock();
         let counters = view.counters;
+        let segment_faults = view.diagnosis.segment_faults.as_slice();
         if self.format == Format::Json {
-            let line = StoppedLine { event: "stopped", time_ns: view.time_ns, counters };
+            let line = StoppedLine { event: "stopped", time_ns: view.time_ns, counters, segment_faults };
             writeln!(out, "{}", serde_json::to_string(&line)?)?;
         } else {
             writeln!(
@@ -458,6 +471,9 @@ impl Report {
                 counters.faulty_cycles,
                 counters.dropped_cycles
             )?;
+            for (segment, faults) in segment_faults.iter().enumerate().filter(|(_, faults)| **faults > 0) {
+                writeln!(out, "faulty cycles on segment {segment}: {faults}")?;
+            }
         }
         out.flush()
     }

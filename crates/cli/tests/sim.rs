@@ -111,6 +111,7 @@ fn the_first_line_for_programs_says_where_it_listens_and_signals_end_it_with_0()
         let last = sim.end(signal);
         assert_eq!(last["event"], "stopped");
         assert_eq!(last["faulty_cycles"], 0);
+        assert_eq!(last["segment_faults"], serde_json::json!([0, 0, 0, 0]));
     }
 }
 
@@ -207,6 +208,69 @@ fn the_control_port_takes_an_encoder_off_the_ring() {
     assert!(last["faulty_cycles"].as_u64().unwrap() > 0);
 }
 
+/// Reads holding registers.
+fn holding(client: &mut TcpStream, first: u16, count: u8) -> Vec<u16> {
+    let [high, low] = first.to_be_bytes();
+    let answer = ask(client, &[3, high, low, 0, count]);
+    assert_eq!(answer[..2], [3, 2 * count], "{answer:02X?}");
+    answer[2..].chunks(2).map(|pair| u16::from_be_bytes([pair[0], pair[1]])).collect()
+}
+
+#[test]
+fn a_fault_of_the_line_is_seen_in_the_diagnostic_registers_and_counted_while_the_ring_runs() {
+    for level in ["word", "bit"] {
+        let sim = Sim::start(Path::new("."), &["--level", level, "--control", "127.0.0.1:0"]);
+        let mut client = sim.connect("modbus");
+        let mut control = sim.connect("control");
+        assert_eq!(holding(&mut client, 900, 6), [0x00E0, 0, 0, 0, 0, 0], "{level}");
+        writeln!(control, r#"{{"verb":"line","segment":2,"fault":"silent"}}"#).unwrap();
+        // READY, DETECT, BUS and DC_RESULT; the interface of device 2.
+        while holding(&mut client, 900, 2) != [0x1094, 0x0280] {}
+        let faults = holding(&mut client, 902, 4);
+        assert!(faults[2] >= 5 && [faults[0], faults[1], faults[3]] == [0; 3], "{level}: {faults:?}");
+        writeln!(control, r#"{{"verb":"line","fault":"none"}}"#).unwrap();
+        while holding(&mut client, 900, 2) != [0x00E0, 0] {}
+        let faults = holding(&mut client, 902, 4);
+        let last = sim.end("-TERM");
+        assert_eq!(last["segment_faults"], serde_json::json!(faults), "{level}");
+        assert_eq!(last["faulty_cycles"].as_u64() == Some(faults[2].into()), level == "word");
+    }
+}
+
+#[test]
+fn in_the_inline_layout_our_own_commands_find_the_ring_as_behind_a_coupler() {
+    // A write leaves its backup there.
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path(), &["--layout", "inline", "--word-order", "low-first"]);
+    let mut client = sim.connect("modbus");
+    assert_eq!(holding(&mut client, 1400, 4), [3, 0x0233, 0x0233, 0x0233]);
+    assert_eq!(ask(&mut client, &[23, 0, 0, 0, 1, 0, 0, 0, 1, 2, 0, 0]), [0x97, 1]);
+    let bus =
+        format!("modbus-tcp://{}?layout=inline&order=low-first", sim.listening["modbus"].as_str().unwrap());
+    let write =
+        ["write", "measuring-length", "9999", "--bus", &bus, "--at", "2", "--model", "ce-65-m", "--yes"];
+    let output = run(folder.path(), &[&write[..], &["--format", "json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let read =
+        ["read", "measuring-length", "--bus", &bus, "--at", "2", "--model", "ce-65-m", "--format", "json"];
+    let output = run(folder.path(), &read);
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(told["parameters"][0]["value"], 9999, "{told}");
+    sim.end("-TERM");
+
+    let arguments =
+        ["sim", "--layout", "inline", "--modbus", "127.0.0.1:0", "--for", "10ms", "--speed", "max"];
+    let told = String::from_utf8(run(folder.path(), &arguments).stdout).unwrap();
+    let lines: Vec<&str> = told.lines().skip(1).take(3).collect();
+    assert!(
+        lines[0].starts_with("position  device  model     OUT holding  IN holding  position now"),
+        "{told}"
+    );
+    assert!(lines[1].starts_with("       0  1.0     la-66     8006, 8007   8000, 8001  "), "{told}");
+    assert!(lines[2].starts_with("       1  2.0     ce-100-m  8008, 8009   8002, 8003  "), "{told}");
+    assert!(refused(folder.path(), &["sim", "--layout", "flat"]).contains("it must be plain or inline"));
+}
+
 #[test]
 fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
     let folder = tempfile::tempdir().unwrap();
@@ -279,6 +343,8 @@ fn what_happens_on_the_ring_is_told_while_it_runs() {
             "6.482 ms: the ring is whole again",
             "10.186 ms: bad check words on segment 0",
             "stopped after 20.372 ms on the ring: 44 cycles, 26 faulty, 0 dropped",
+            "faulty cycles on segment 0: 23",
+            "faulty cycles on segment 1: 3",
         ]
     );
 }

@@ -8,6 +8,8 @@
 //!
 //! Every module begins at a register of its own: data that are shorter than a word take a whole one, 3 bytes take
 //! two. A coupler that packs them closer has to be addressed as plain registers. No real coupler was tried.
+//!
+//! The server's [`Layout::Inline`](crate::registers::Layout) shows a ring in the same way.
 
 use encoring_station::BusError;
 use encoring_station::bus::Garbled;

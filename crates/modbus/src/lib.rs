@@ -1,6 +1,6 @@
 //! The process image of a station as a Modbus TCP server, and the client of a ring behind such a gateway.
 //!
-//! [`registers`] says which register holds what, [`pdu`] makes an answer of a request without any input or output,
+//! [`registers`] says which register holds what in each layout, [`pdu`] makes an answer of a request without any input or output,
 //! [`server`] takes requests from connections. Nothing that a client sends can panic, allocate without bound or end
 //! the server. The page for users is `docs/modbus.md`; why no library does this is decision 0004.
 //!
@@ -25,5 +25,5 @@ pub use address::{Address, AddressError};
 pub use client::Client;
 pub use counters::{Counters, Snapshot};
 pub use reconnect::Reconnect;
-pub use registers::{UnknownWordOrder, WordOrder};
+pub use registers::{Layout, UnknownLayout, UnknownWordOrder, WordOrder};
 pub use server::{Options, serve};

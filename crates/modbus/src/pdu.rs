@@ -1,4 +1,4 @@
-//! From a request to its answer: what the five functions do to a process image, and when they refuse.
+//! From a request to its answer: what the functions do to a process image, and when they refuse.
 //!
 //! A PDU is a function code and what belongs to it, without the header of the transport. Checks run in the order of
 //! the state diagrams of the Modbus application protocol V1.1b3: the function (exception 01), then the request
@@ -6,7 +6,7 @@
 
 use encoring_ring::ProcessImage;
 
-use crate::registers::{Registers, Table, WordOrder};
+use crate::registers::{Layout, Registers, Table, WordOrder};
 
 /// The longest PDU, in bytes.
 pub const PDU_MAX: usize = 253;
@@ -32,7 +32,7 @@ const ECHO: usize = 5;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Exception {
-    /// The function is not one of 3, 4, 6, 16 and 23.
+    /// The function is not one of 3, 4, 6, 16 and, in the plain layout, 23.
     IllegalFunction = 1,
     /// A register does not exist, or cannot be written.
     IllegalDataAddress = 2,
@@ -91,15 +91,17 @@ struct Request<'a> {
 ///
 /// Without any byte there is no function code to answer with; the answer is then `80 01`.
 #[must_use]
-pub fn respond(request: &[u8], image: &mut ProcessImage, order: WordOrder) -> Pdu {
+pub fn respond(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOrder) -> Pdu {
     let function = request.first().copied().unwrap_or_default();
-    let answer = Request::parse(request).and_then(|parsed| parsed.carry_out(request, image, order));
+    let answer =
+        Request::parse(request, layout).and_then(|parsed| parsed.carry_out(request, image, layout, order));
     answer.unwrap_or_else(|exception| Pdu::of([function | REFUSED, exception as u8]))
 }
 
 impl<'a> Request<'a> {
-    fn parse(request: &'a [u8]) -> Result<Self, Exception> {
+    fn parse(request: &'a [u8], layout: Layout) -> Result<Self, Exception> {
         match *request {
+            [WRITE_AND_READ, ..] if layout == Layout::Inline => Err(Exception::IllegalFunction),
             [READ_HOLDING, a1, a0, c1, c0] => {
                 let span = Span::new([a1, a0], [c1, c0], READ_MAX)?;
                 Ok(Self { write: None, read: Some((Table::Holding, span)) })
@@ -130,10 +132,16 @@ impl<'a> Request<'a> {
         }
     }
 
-    fn carry_out(self, request: &[u8], image: &mut ProcessImage, order: WordOrder) -> Result<Pdu, Exception> {
+    fn carry_out(
+        self,
+        request: &[u8],
+        image: &mut ProcessImage,
+        layout: Layout,
+        order: WordOrder,
+    ) -> Result<Pdu, Exception> {
         // Everything that can be refused is looked at before anything is written.
         let encoders = image.encoders();
-        let find = |table, span: Span| Registers::find(table, span.address, span.count, encoders);
+        let find = |table, span: Span| Registers::find(layout, table, span.address, span.count, encoders);
         let write = match self.write {
             Some((span, values)) => {
                 let registers = find(Table::Holding, span).filter(Registers::writable);

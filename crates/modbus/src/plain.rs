@@ -4,7 +4,7 @@
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
 
-use crate::WordOrder;
+use crate::{Layout, WordOrder};
 
 /// A function: where its fields stand in the PDU, counted from the function code.
 struct Row {
@@ -22,7 +22,7 @@ struct Row {
 const HOLDING: usize = 0;
 const INPUT: usize = 1;
 
-const ROWS: [Row; 5] = [
+static ROWS: [Row; 5] = [
     Row { code: 3, head: 5, read: Some((HOLDING, 1, 3)), write: None, byte_count: None },
     Row { code: 4, head: 5, read: Some((INPUT, 1, 3)), write: None, byte_count: None },
     Row { code: 6, head: 3, read: None, write: Some((1, None, 1)), byte_count: None },
@@ -36,17 +36,23 @@ const ROWS: [Row; 5] = [
     },
 ];
 
-/// What stands in a register: half of a word, given by its lowest bit.
+/// What stands in a register: half of a word, given by its lowest bit, or a number that no request changes.
 #[derive(Clone, Copy)]
 enum Cell {
     Out(usize, u32),
     In(usize, u32),
+    Always(u16),
 }
 
 pub(crate) struct Plain {
     pub(crate) image: ProcessImage,
     tables: [Vec<Option<Cell>>; 2],
+    rows: &'static [Row],
 }
+
+const STATUS: u16 = 0xB0E0;
+const PARAMETER: u16 = 0xB380;
+const FAULTS: u16 = 0xC000;
 
 fn number(pdu: &[u8], at: usize) -> u16 {
     u16::from(pdu[at]) * 256 + u16::from(pdu[at + 1])
@@ -59,24 +65,55 @@ pub(crate) fn image(encoders: usize) -> ProcessImage {
     image.out_mut().iter_mut().zip(words).for_each(|(word, value)| *word = OutWord(value));
     let words = (0..).map(|k: u32| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k));
     image.input_mut().iter_mut().zip(words).for_each(|(word, value)| *word = InWord(value));
+    image.diagnose(STATUS, PARAMETER, u32::from(FAULTS)..);
     image
 }
 
 impl Plain {
-    pub(crate) fn new(encoders: usize, order: WordOrder) -> Self {
+    pub(crate) fn new(encoders: usize, layout: Layout, order: WordOrder) -> Self {
         let [first, second] = match order {
             WordOrder::HighFirst => [16, 0],
             WordOrder::LowFirst => [0, 16],
         };
         let mut tables = [HOLDING, INPUT].map(|_| vec![None; 65536]);
-        for k in 0..encoders {
-            for (register, bit) in [(2 * k, first), (2 * k + 1, second)] {
-                tables[HOLDING][register] = Some(Cell::Out(k, bit));
-                tables[HOLDING][1000 + register] = Some(Cell::In(k, bit));
-                tables[INPUT][register] = Some(Cell::In(k, bit));
+        for table in [HOLDING, INPUT] {
+            tables[table][900] = Some(Cell::Always(STATUS));
+            tables[table][901] = Some(Cell::Always(PARAMETER));
+            for k in 0..=encoders {
+                tables[table][902 + k] = Some(Cell::Always(FAULTS + k as u16));
             }
         }
-        Self { image: image(encoders), tables }
+        match layout {
+            Layout::Plain => {
+                // Here the diagnosis ends, and 1000 begins the mirror.
+                tables[HOLDING][999..].fill(None);
+                for k in 0..encoders {
+                    for (register, bit) in [(2 * k, first), (2 * k + 1, second)] {
+                        tables[HOLDING][register] = Some(Cell::Out(k, bit));
+                        tables[HOLDING][1000 + register] = Some(Cell::In(k, bit));
+                        tables[INPUT][register] = Some(Cell::In(k, bit));
+                    }
+                }
+            }
+            Layout::Inline => {
+                for table in &mut tables {
+                    table[1400] = Some(Cell::Always(encoders as u16));
+                    for k in 0..encoders {
+                        table[1401 + k] = Some(Cell::Always(0x0233));
+                        for (register, bit) in [(2 * k, first), (2 * k + 1, second)] {
+                            table[8000 + register] = Some(Cell::In(k, bit));
+                            table[8000 + 2 * encoders + register] = Some(Cell::Out(k, bit));
+                        }
+                    }
+                }
+            }
+        }
+        let rows = match layout {
+            Layout::Plain => &ROWS[..],
+            // All but function 23.
+            Layout::Inline => &ROWS[..4],
+        };
+        Self { image: image(encoders), tables, rows }
     }
 
     fn cell(&self, table: usize, first: u16, k: u16) -> Option<Cell> {
@@ -90,7 +127,7 @@ impl Plain {
     }
 
     fn judge(&mut self, pdu: &[u8], code: u8) -> Result<Vec<u8>, u8> {
-        let row = ROWS.iter().find(|row| row.code == code).ok_or(1)?;
+        let row = self.rows.iter().find(|row| row.code == code).ok_or(1)?;
         if pdu.len() < row.head {
             return Err(3);
         }
@@ -144,6 +181,7 @@ impl Plain {
             let half = match cell {
                 Cell::Out(position, bit) => self.image.out()[position].0 >> bit,
                 Cell::In(position, bit) => self.image.input()[position].0 >> bit,
+                Cell::Always(value) => value.into(),
             };
             answer.extend([(half >> 8) as u8, half as u8]);
         }
@@ -159,6 +197,26 @@ pub(crate) fn requests() -> [Vec<u8>; 5] {
         vec![6, 0, 1, 0x27, 0x0F],
         vec![16, 0, 2, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
         vec![23, 0x03, 0xE8, 0, 4, 0, 4, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
+    ]
+}
+
+/// Valid requests for the diagnosis of a ring of three encoders.
+pub(crate) fn diagnosis() -> [Vec<u8>; 3] {
+    [
+        vec![3, 0x03, 0x84, 0, 6],
+        vec![4, 0x03, 0x86, 0, 4],
+        vec![23, 0x03, 0x84, 0, 6, 0, 4, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
+    ]
+}
+
+/// One valid request of each function for a ring of three encoders in the Inline layout, and one for its directory.
+pub(crate) fn inline_requests() -> [Vec<u8>; 5] {
+    [
+        vec![3, 0x1F, 0x40, 0, 12],
+        vec![4, 0x1F, 0x45, 0, 2],
+        vec![6, 0x1F, 0x46, 0x27, 0x0F],
+        vec![16, 0x1F, 0x48, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F],
+        vec![3, 0x05, 0x78, 0, 4],
     ]
 }
 

@@ -420,7 +420,7 @@ fn judge(address: &Address, blocks: &[Block], couplers: &[(Table, Directory)]) -
         })
     };
     let mut plain = Vec::new();
-    for block in blocks.iter().filter(is_coupler) {
+    for block in blocks.iter().filter(is_coupler).filter(|block| !block.is_diagnosis()) {
         plain.extend(reading::hypotheses(block).into_iter().map(|hypothesis| (block, hypothesis)));
     }
     for (block, hypothesis) in &plain {

@@ -20,7 +20,7 @@ use tokio_util::codec::Framed;
 use crate::counters::{Counters, Open};
 use crate::frame::{Codec, Frame, FrameError};
 use crate::pdu::respond;
-use crate::registers::WordOrder;
+use crate::registers::{Layout, WordOrder};
 
 /// After an accept error, so that a lasting one (no file descriptor left) does not take the processor with it.
 const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);
@@ -28,6 +28,8 @@ const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);
 /// What a server may be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
+    /// Which register holds what.
+    pub layout: Layout,
     /// Which half of a word comes first.
     pub word_order: WordOrder,
     /// How many connections may be open; a further one is accepted and closed at once.
@@ -39,7 +41,12 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { word_order: WordOrder::default(), connections: 32, idle: Duration::from_secs(60) }
+        Self {
+            layout: Layout::default(),
+            word_order: WordOrder::default(),
+            connections: 32,
+            idle: Duration::from_secs(60),
+        }
     }
 }
 
@@ -118,7 +125,8 @@ async fn converse(
             }
             Some(Err(FrameError::Line(_))) | None => return,
         };
-        let pdu = image.with(|image| respond(pdu.as_bytes(), image, options.word_order));
+        let Options { layout, word_order, .. } = options;
+        let pdu = image.with(|image| respond(pdu.as_bytes(), image, layout, word_order));
         counters.requests.add_one();
         if pdu.is_exception() {
             counters.exceptions.add_one();

@@ -87,6 +87,8 @@ pub struct Counts {
     /// Searches begun.
     pub searches: u64,
     segments: [u32; DEVICES_MAX + 1],
+    /// Silent cycles in a row: where, only a search can tell.
+    silent: u32,
     window_cycles: u32,
     window_faulty: u32,
     poor: bool,
@@ -99,6 +101,7 @@ impl Default for Counts {
             faulty: 0,
             searches: 0,
             segments: [0; DEVICES_MAX + 1],
+            silent: 0,
             window_cycles: 0,
             window_faulty: 0,
             poor: false,
@@ -113,6 +116,11 @@ impl Counts {
         self.segments.get(segment).copied().unwrap_or_default()
     }
 
+    /// Those of every segment, by its number.
+    pub fn segments(&self) -> impl Iterator<Item = u32> {
+        self.segments.iter().copied()
+    }
+
     /// The last million data cycles had 20 faulty ones, or these have them already.
     #[must_use]
     pub const fn is_poor(&self) -> bool {
@@ -121,6 +129,7 @@ impl Counts {
 
     pub(crate) const fn good(&mut self) {
         self.cycles += 1;
+        self.silent = 0;
         self.turn_window();
     }
 
@@ -131,9 +140,25 @@ impl Counts {
         self.turn_window();
     }
 
+    /// A faulty cycle that did not come home.
+    pub(crate) const fn silent(&mut self) {
+        self.bad();
+        self.silent = self.silent.saturating_add(1);
+    }
+
     pub(crate) fn located(&mut self, segment: usize) {
+        self.add(segment, 1);
+    }
+
+    /// A search has found where the silent cycles broke off.
+    pub(crate) fn found(&mut self, segment: usize) {
+        let silent = core::mem::take(&mut self.silent);
+        self.add(segment, silent);
+    }
+
+    fn add(&mut self, segment: usize, cycles: u32) {
         if let Some(count) = self.segments.get_mut(segment) {
-            *count = count.saturating_add(1);
+            *count = count.saturating_add(cycles);
         }
     }
 
@@ -160,6 +185,25 @@ mod tests {
         assert_eq!(Place::Break(2).parameter(3), 0x0280);
         assert_eq!(Place::Device(1).parameter(3), 0x0200);
         assert_eq!(Place::Nowhere.parameter(3), 0x0BE1);
+    }
+
+    #[test]
+    fn silent_cycles_count_on_a_segment_once_a_search_has_found_it() {
+        let mut counts = Counts::default();
+        counts.silent();
+        counts.good();
+        for _ in 0..3 {
+            counts.silent();
+        }
+        assert!(counts.segments().all(|count| count == 0));
+        counts.found(2);
+        assert_eq!(
+            (counts.segment(2), counts.faulty),
+            (3, 4),
+            "what was over before the search has no place"
+        );
+        counts.found(2);
+        assert_eq!(counts.segment(2), 3);
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub enum Half {
     Low,
 }
 
-/// The words of every encoder of a ring, by ring position.
+/// The words of every encoder of a ring, by ring position, and what the master says of the ring.
 ///
 /// The ring moves an encoder's 32 bits in one piece; a controller that writes the halves in two steps may have a
 /// cycle run between them [C15], and nothing here hides that.
@@ -31,6 +31,9 @@ pub struct ProcessImage {
     encoders: usize,
     out: [OutWord; ENCODERS_MAX],
     input: [InWord; ENCODERS_MAX],
+    status: u16,
+    parameter: u16,
+    faults: [u16; ENCODERS_MAX + 1],
 }
 
 impl ProcessImage {
@@ -42,7 +45,14 @@ impl ProcessImage {
         if encoders > ENCODERS_MAX {
             return Err(TooManyEncoders { encoders });
         }
-        Ok(Self { encoders, out: [OutWord(0); ENCODERS_MAX], input: [InWord(0); ENCODERS_MAX] })
+        Ok(Self {
+            encoders,
+            out: [OutWord(0); ENCODERS_MAX],
+            input: [InWord(0); ENCODERS_MAX],
+            status: 0,
+            parameter: 0,
+            faults: [0; ENCODERS_MAX + 1],
+        })
     }
 
     /// How many encoders the ring holds.
@@ -77,6 +87,33 @@ impl ProcessImage {
     pub fn both(&mut self) -> (&[OutWord], &mut [InWord]) {
         let (out, input) = (self.out.get(..self.encoders), self.input.get_mut(..self.encoders));
         (out.unwrap_or_default(), input.unwrap_or_default())
+    }
+
+    /// The diagnostic status register, see [`status`](crate::diagnostics::status); 0 before the first cycle.
+    #[must_use]
+    pub const fn status(&self) -> u16 {
+        self.status
+    }
+
+    /// The diagnostic parameter register.
+    #[must_use]
+    pub const fn parameter(&self) -> u16 {
+        self.parameter
+    }
+
+    /// Faulty cycles that were located on each segment, 0..=encoders; a count that has reached 65535 stays there.
+    #[must_use]
+    pub fn faults(&self) -> &[u16] {
+        self.faults.get(..=self.encoders).unwrap_or_default()
+    }
+
+    /// Replaces what the master says of the ring: status, parameter, and the faulty cycles of each segment.
+    pub fn diagnose(&mut self, status: u16, parameter: u16, faults: impl IntoIterator<Item = u32>) {
+        (self.status, self.parameter) = (status, parameter);
+        let shown = self.faults.get_mut(..=self.encoders).unwrap_or_default();
+        for (shown, counted) in shown.iter_mut().zip(faults) {
+            *shown = u16::try_from(counted).unwrap_or(u16::MAX);
+        }
     }
 
     /// One half of an OUT word; `None` past the last encoder.
@@ -132,6 +169,17 @@ mod tests {
         assert_eq!(image.out_half(2, Half::Low), None);
         assert_eq!(image.input_half(2, Half::Low), None);
         assert_eq!(ProcessImage::new(129), Err(TooManyEncoders { encoders: 129 }));
+    }
+
+    #[test]
+    fn each_segment_has_its_count_and_one_that_is_too_large_stays_at_its_greatest() {
+        let mut image = ProcessImage::new(2).unwrap();
+        image.diagnose(0x10E0, 0x0380, [1, 0xFFFF, 0x1_0000, 7]);
+        assert_eq!((image.status(), image.parameter()), (0x10E0, 0x0380));
+        assert_eq!(image.faults(), [1, 0xFFFF, 0xFFFF]);
+        let mut longest = ProcessImage::new(ENCODERS_MAX).unwrap();
+        longest.diagnose(0, 0, core::iter::repeat_n(3, 1000));
+        assert_eq!(longest.faults(), [3; ENCODERS_MAX + 1]);
     }
 
     #[test]

@@ -400,7 +400,7 @@ impl Master {
                 self.counts.bad();
                 self.job = Job::Locate;
             }
-            Home::Silent => self.counts.bad(),
+            Home::Silent => self.counts.silent(),
         }
         self.faulty = self.faulty.saturating_add(1);
         if self.faulty >= STOP_AFTER {
@@ -526,6 +526,9 @@ impl Master {
     /// A place was found at which the ring cannot be opened further.
     fn fail(&mut self, place: Place) {
         self.place = Some(place);
+        if let Place::Segment(segment) | Place::Break(segment) = place {
+            self.counts.found(segment);
+        }
         self.search();
     }
 }

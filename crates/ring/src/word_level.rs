@@ -1,9 +1,13 @@
 //! The data cycle at word level: all words move at once, and a fault is a verdict on the cycle.
+//!
+//! There is no master that stops and searches. What the diagnostic registers show is what a master would have found
+//! who was told the same verdicts: the place at once, and the end of the fault with the first good cycle.
 
 use encoring_words::{InWord, Instant, OutWord};
 
+use crate::diagnostics::{Counts, Place, status};
 use crate::image::ENCODERS_MAX;
-use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER};
+use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER, STOP_AFTER};
 
 /// How a data cycle went. Segment k leads into the device at position k; the one after the last device leads back
 /// to the master.
@@ -31,6 +35,12 @@ pub struct WordRing {
     devices: [Device; ENCODERS_MAX],
     /// End of the last cycle.
     ended: Instant,
+    encoders: usize,
+    /// How the last cycle went.
+    verdict: Verdict,
+    /// Faulty cycles in a row.
+    faulty: u8,
+    counts: Counts,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,7 +63,14 @@ enum Line {
 
 impl Default for WordRing {
     fn default() -> Self {
-        Self { devices: [Device::default(); ENCODERS_MAX], ended: Instant::ZERO }
+        Self {
+            devices: [Device::default(); ENCODERS_MAX],
+            ended: Instant::ZERO,
+            encoders: 0,
+            verdict: Verdict::Good,
+            faulty: 0,
+            counts: Counts::default(),
+        }
     }
 }
 
@@ -98,6 +115,59 @@ impl WordRing {
             }
         }
         self.ended = now;
+        self.encoders = encoders;
+        self.note(verdict);
+    }
+
+    fn note(&mut self, verdict: Verdict) {
+        self.verdict = verdict;
+        match verdict {
+            Verdict::Good => {
+                self.counts.good();
+                self.faulty = 0;
+            }
+            Verdict::Bad { segment } | Verdict::Silent { segment } => {
+                // A bus that has stopped runs no data cycles.
+                if self.faulty < STOP_AFTER {
+                    self.counts.bad();
+                }
+                self.counts.located(segment);
+                self.faulty = self.faulty.saturating_add(1);
+            }
+        }
+    }
+
+    /// The diagnostic status register of a master that was told how the cycles went. From the fifth faulty one in a row
+    /// on [A12] it has stopped the bus, though here cycles go on.
+    #[must_use]
+    pub const fn status(&self) -> u16 {
+        let state = if self.faulty >= STOP_AFTER {
+            status::READY | status::DETECT | status::BUS
+        } else {
+            status::READY | status::ACTIVE | status::RUN
+        };
+        let result = if self.faulty > 0 { status::DC_RESULT } else { 0 };
+        state | result | if self.counts.is_poor() { status::QUALITY } else { 0 }
+    }
+
+    /// The diagnostic parameter register of such a master. Where the ring is silent it would know only after a search.
+    #[must_use]
+    pub fn parameter(&self) -> u16 {
+        let place = match self.verdict {
+            Verdict::Bad { segment } => Some(Place::Segment(segment)),
+            Verdict::Silent { segment: 0 } => Some(Place::Nowhere),
+            Verdict::Silent { segment } => Some(Place::Break(segment)),
+            Verdict::Good => None,
+        };
+        let is_known = self.faulty >= STOP_AFTER || !matches!(self.verdict, Verdict::Silent { .. });
+        place.filter(|_| is_known).map_or(0, |place| place.parameter(self.encoders))
+    }
+
+    /// What was counted: data cycles for as long as such a master would run them, and every faulty cycle on the segment
+    /// of its verdict.
+    #[must_use]
+    pub const fn counts(&self) -> &Counts {
+        &self.counts
     }
 
     /// The OUT word that the device at `position` holds at `now`: the last one taken, 0 before the first and after
@@ -232,6 +302,28 @@ mod tests {
         assert_eq!(bench.taken(27), [0x100, 0, 0]);
         bench.cycle(28, Verdict::Good);
         assert_eq!(bench.taken(28), [7, 7, 7]);
+    }
+
+    #[test]
+    fn the_diagnostic_registers_say_what_the_verdicts_say() {
+        let mut bench = Bench::of(3);
+        let mut said = |ms, verdict| {
+            bench.cycle(ms, verdict);
+            (bench.ring.status(), bench.ring.parameter())
+        };
+        assert_eq!(said(1, Verdict::Good), (0x00E0, 0));
+        assert_eq!(said(2, Verdict::Bad { segment: 2 }), (0x10E0, 0x0300));
+        assert_eq!(said(3, Verdict::Good), (0x00E0, 0));
+        for ms in 4..8 {
+            assert_eq!(said(ms, Verdict::Silent { segment: 1 }), (0x10E0, 0), "a search would tell");
+        }
+        assert_eq!(said(8, Verdict::Silent { segment: 1 }), (0x1094, 0x0180));
+        assert_eq!(said(9, Verdict::Bad { segment: 3 }), (0x1094, 0x0380));
+        assert_eq!(said(10, Verdict::Silent { segment: 0 }), (0x1094, 0x0BE1));
+        assert_eq!(said(11, Verdict::Good), (0x00E0, 0));
+        let counts = bench.ring.counts();
+        assert_eq!((counts.cycles, counts.faulty), (9, 6));
+        assert!(counts.segments().take(5).eq([1, 5, 1, 1, 0]));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use encoring_ring::diagnostics::Place;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::{Condition, Jumper};
-use encoring_ring::{BitRing, CycleTime, Ident, Master, Slave, Verdict, WordRing};
+use encoring_ring::{BitRing, CycleTime, Ident, Master, ProcessImage, Slave, Verdict, WordRing};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -111,12 +111,23 @@ impl Wire {
         }
     }
 
-    /// The master with its diagnostic registers; the word level has none.
+    /// The master; the word level has none.
     #[must_use]
     pub const fn master(&self) -> Option<&Master> {
         match self {
             Self::Word(_) => None,
             Self::Bit(wire) => Some(wire.ring.master()),
+        }
+    }
+
+    /// Puts the diagnostic registers into a process image. The word level has no master: it says what one would.
+    pub fn diagnose(&self, image: &mut ProcessImage) {
+        match self {
+            Self::Word(ring) => image.diagnose(ring.status(), ring.parameter(), ring.counts().segments()),
+            Self::Bit(wire) => {
+                let master = wire.ring.master();
+                image.diagnose(master.status(), master.parameter(), master.counts().segments());
+            }
         }
     }
 

@@ -4,8 +4,8 @@
 mod common;
 
 use common::{Ring, line, scenario, set, three};
-use encoring_ring::Verdict;
 use encoring_ring::diagnostics::Place;
+use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::{Level, Scenario};
 
 const AT_BIT_LEVEL: &str = "[ring]\nlevel = \"bit\"\n";
@@ -55,6 +55,45 @@ fn a_silent_segment_stops_the_bus_and_it_comes_back_by_itself() {
         assert_eq!(ring.world.ring().out_word(position, ring.world.now()).0, 7);
     }
     assert_eq!(ring.world.ring().master().unwrap().status(), 0x00E0);
+}
+
+#[test]
+fn a_broken_segment_is_shown_alike_at_both_levels_once_a_search_has_found_it() {
+    for segment in 0..3 {
+        let events = line(50.0, segment, "silent", 200.0);
+        let mut shown = Vec::new();
+        for level in ["word", "bit"] {
+            let text = format!("{}{events}[ring]\nlevel = \"{level}\"\n", three([1_000, 2_000, 3_000]));
+            let mut ring = Ring::new(&text);
+            let mut image = ProcessImage::new(3).unwrap();
+            let mut registers = |ring: &Ring| {
+                ring.world.ring().diagnose(&mut image);
+                (image.status(), image.parameter())
+            };
+            ring.run_to_ms(49.0);
+            assert_eq!(registers(&ring), (0x00E0, 0), "before, at {level} level");
+            ring.run_to_ms(120.0);
+            shown.push(registers(&ring));
+            ring.run_to_ms(400.0);
+            assert_eq!(registers(&ring), (0x00E0, 0), "after, at {level} level");
+            let faults = image.faults().to_vec();
+            let expected = match (level, segment) {
+                // So many cycles of 677 us are silent for a time, and each of them has its place.
+                ("word", _) => 297,
+                // Nothing was found, so nothing was located.
+                (_, 0) => 0,
+                // Five cycles stop the bus; a search is no data cycle.
+                _ => 5,
+            };
+            let place = |k| if k == segment { expected } else { 0 };
+            assert_eq!(
+                faults,
+                [place(0), place(1), place(2), place(3)],
+                "segment {segment} at {level} level"
+            );
+        }
+        assert_eq!(shown[0], shown[1]);
+    }
 }
 
 #[test]

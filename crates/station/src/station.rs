@@ -9,7 +9,7 @@ use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::{Change, LineFault};
 use encoring_sim::{Eeprom, World};
 use encoring_trace::{Row, Writer};
-use encoring_words::{Duration, InWord, OutWord};
+use encoring_words::Duration;
 
 use crate::events::{Event, Events};
 use crate::image::SharedImage;
@@ -269,7 +269,9 @@ impl Running {
         let world = &mut self.world;
         let cycled = self.image.with(|image| {
             let (out, input) = image.both();
-            world.cycle(out, input)
+            let cycled = world.cycle(out, input);
+            world.ring().diagnose(image);
+            cycled
         });
         self.verdict = cycled.verdict;
         self.events.cycled(cycled.at, cycled.verdict);
@@ -317,9 +319,8 @@ impl Running {
     }
 
     fn view(&self) -> View {
-        let (out, input): (Vec<OutWord>, Vec<InWord>) =
-            self.image.with(|image| (image.out().to_vec(), image.input().to_vec()));
-        View::of(&self.world, &out, &input, self.verdict, self.counters)
+        let image = self.image.with(|image| image.clone());
+        View::of(&self.world, &image, self.verdict, self.counters)
     }
 
     fn finish(mut self) -> Outcome {

@@ -2,7 +2,7 @@
 
 use encoring_encoder::handshake::Handshake;
 use encoring_encoder::records::{Record, write_count};
-use encoring_ring::Verdict;
+use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::World;
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{InWord, OutWord, ParameterSet};
@@ -21,6 +21,8 @@ pub struct View {
     pub line: &'static str,
     /// The segment at fault in the last cycle.
     pub segment: Option<usize>,
+    /// The master's diagnostic registers.
+    pub diagnosis: DiagnosisView,
     /// The encoders, by ring position.
     pub devices: Vec<DeviceView>,
 }
@@ -34,6 +36,17 @@ pub struct Counters {
     pub faulty_cycles: u64,
     /// Cycles left out because the machine was too slow.
     pub dropped_cycles: u64,
+}
+
+/// What the master says of the ring, as the process image has it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DiagnosisView {
+    /// The status register, four hex digits.
+    pub status: String,
+    /// The parameter register, four hex digits.
+    pub parameter: String,
+    /// Faulty cycles located on each segment, at most 65535; the last one leads back to the master.
+    pub segment_faults: Vec<u16>,
 }
 
 /// One encoder at one moment.
@@ -117,31 +130,28 @@ pub struct MemoryWrites {
 }
 
 impl View {
-    /// What can be seen of `world`, with the words of the process image.
+    /// What can be seen of `world`, with what stands in the process image.
     #[must_use]
-    pub fn of(
-        world: &World,
-        out: &[OutWord],
-        input: &[InWord],
-        verdict: Verdict,
-        counters: Counters,
-    ) -> Self {
+    pub fn of(world: &World, image: &ProcessImage, verdict: Verdict, counters: Counters) -> Self {
         let (line, segment) = match verdict {
             Verdict::Good => ("good", None),
             Verdict::Bad { segment } => ("bad", Some(segment)),
             Verdict::Silent { segment } => ("silent", Some(segment)),
         };
-        let word = |position: usize| (out.get(position).copied(), input.get(position).copied());
-        let devices = (0..world.places().len()).filter_map(|position| {
-            let (out, input) = word(position);
-            DeviceView::of(world, position, out.unwrap_or_default(), input.unwrap_or_default())
-        });
+        let words = image.out().iter().zip(image.input()).enumerate();
+        let devices =
+            words.filter_map(|(position, (out, input))| DeviceView::of(world, position, *out, *input));
         Self {
             time_ns: world.now().as_nanos(),
             cycle_ns: world.cycle_time().as_nanos(),
             counters,
             line,
             segment,
+            diagnosis: DiagnosisView {
+                status: format!("{:04X}", image.status()),
+                parameter: format!("{:04X}", image.parameter()),
+                segment_faults: image.faults().to_vec(),
+            },
             devices: devices.collect(),
         }
     }

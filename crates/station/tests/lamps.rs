@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use encoring_ring::Verdict;
+use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::{Change, LineFault};
 use encoring_sim::{Scenario, World};
 use encoring_station::View;
@@ -34,7 +34,8 @@ impl Ring {
 
     /// The lamps that are lit at each encoder, by their names.
     fn lit(&self) -> Vec<String> {
-        let view = View::of(&self.world, &[], &[], self.last, Counters::default());
+        let image = ProcessImage::new(3).unwrap();
+        let view = View::of(&self.world, &image, self.last, Counters::default());
         let lit = view.devices.iter().map(|device| {
             let lamps = device.lamps;
             let each = [("U", lamps.u), ("BA", lamps.ba), ("RC", lamps.rc), ("RD", lamps.rd)];

@@ -269,11 +269,16 @@ fn a_trouble_is_counted_until_it_is_ended() {
     wait_for("bad cycles", || handle.view().unwrap().counters.faulty_cycles >= 3);
     let view = handle.view().unwrap();
     assert_eq!((view.line, view.segment), ("bad", Some(2)));
+    let diagnosis = &view.diagnosis;
+    assert_eq!(diagnosis.segment_faults, [0, 0, view.counters.faulty_cycles as u16, 0]);
+    assert_eq!(diagnosis.parameter, "0300");
     handle.trouble(2, None).unwrap();
     wait_for("a good cycle", || handle.view().unwrap().line == "good");
     let counters = handle.view().unwrap().counters;
     wait_for("ten more cycles", || handle.view().unwrap().counters.cycles >= counters.cycles + 10);
     assert_eq!(handle.view().unwrap().counters.faulty_cycles, counters.faulty_cycles);
+    let seen = handle.image().with(|image| (image.status(), image.parameter(), image.faults().to_vec()));
+    assert_eq!(seen, (0x00E0, 0, vec![0, 0, counters.faulty_cycles as u16, 0]));
     station.stop().unwrap();
 }
 

@@ -176,6 +176,8 @@ fn ring() {
     let half = if any() { Half::High } else { Half::Low };
     black_box((image.out_half(any(), half), image.input_half(any(), half)));
     black_box(image.set_out_half(any(), half, any()));
+    image.diagnose(any(), any(), black_box([0_u32; 200]));
+    black_box((image.status(), image.parameter(), image.faults()));
     let mut ring = WordRing::default();
     while any() {
         let verdict = match any::<u8>() {
@@ -190,6 +192,8 @@ fn ring() {
         black_box((ring.out_word(any(), Instant(any())), ring.bus_active(any(), Instant(any()))));
         black_box((ring.incoming_connected(any(), Instant(any())), ring.has_taken(any())));
         ring.power_off(any());
+        black_box((ring.status(), ring.parameter()));
+        image.diagnose(ring.status(), ring.parameter(), ring.counts().segments());
     }
     let time = CycleTime { bit: Duration(any()), software: Duration(any()), cable_m: any() };
     black_box((time.of(any(), any()), time.of_encoders(any())));

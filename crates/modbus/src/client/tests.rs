@@ -6,7 +6,7 @@ mod misbehaving;
 mod serial;
 
 use crate::plain::image;
-use crate::registers::WordOrder;
+use crate::registers::{Layout as ServerLayout, WordOrder};
 use crate::{Counters, Options, serve};
 
 use std::net::SocketAddr;
@@ -90,6 +90,33 @@ fn words_come_and_go_in_either_order_and_from_either_table() {
             });
         }
     }
+}
+
+#[test]
+fn our_own_server_is_an_inline_coupler_to_the_client_in_either_order_and_from_either_table() {
+    for order in [WordOrder::HighFirst, WordOrder::LowFirst] {
+        let layout = ServerLayout::Inline;
+        let server = Server::start(3, Options { layout, word_order: order, ..Options::default() });
+        for table in ["holding:8000", "input:8000"] {
+            let mut client = server.client(&format!("?layout=inline&order={order}&in={table}"));
+            assert_eq!(read(&mut client, 0, 3).unwrap(), [0x8000_8001, 0x8002_8003, 0x8004_8005]);
+            assert_eq!(client.out(2).unwrap(), OutWord(0x4004_4005));
+            let mut input = [InWord(0)];
+            client.cycle(Some((1, OutWord(0xC200_270F))), 2, &mut input).unwrap();
+            assert_eq!(input, [InWord(0x8004_8005)]);
+            server.image.with(|image| {
+                assert_eq!(image.out(), [OutWord(0x4000_4001), OutWord(0xC200_270F), OutWord(0x4004_4005)]);
+                image.out_mut()[1] = OutWord(0x4002_4003);
+            });
+            let error = client.out(3).unwrap_err();
+            assert_eq!(error, BusError::NoEncoder { position: 3, encoders: 3 });
+        }
+    }
+    let longest = Server::start(128, Options { layout: ServerLayout::Inline, ..Options::default() });
+    let mut client = longest.client("?layout=inline");
+    let words: Vec<u32> = (0..128).map(|k| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k)).collect();
+    assert_eq!(read(&mut client, 0, 128).unwrap(), words);
+    assert_eq!(client.out(127).unwrap(), OutWord(0x40FE_40FF));
 }
 
 fn drained(client: &mut Client) -> Vec<Link> {

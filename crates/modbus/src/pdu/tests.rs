@@ -1,18 +1,26 @@
 use super::*;
-use crate::plain::{Plain, image, requests};
+use crate::plain::{Plain, diagnosis, image, inline_requests, requests};
 use encoring_ring::ENCODERS_MAX;
 use encoring_words::OutWord;
 
 const ORDERS: [WordOrder; 2] = [WordOrder::HighFirst, WordOrder::LowFirst];
 
 fn answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
-    respond(request, image, WordOrder::HighFirst).as_bytes().to_vec()
+    respond(request, image, Layout::Plain, WordOrder::HighFirst).as_bytes().to_vec()
+}
+
+fn inline_answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
+    respond(request, image, Layout::Inline, WordOrder::HighFirst).as_bytes().to_vec()
 }
 
 /// The answer on a ring of three, which must leave the image as it was.
 fn refused(request: &[u8]) -> Vec<u8> {
+    refused_by(Layout::Plain, request)
+}
+
+fn refused_by(layout: Layout, request: &[u8]) -> Vec<u8> {
     let mut changed = image(3);
-    let pdu = respond(request, &mut changed, WordOrder::HighFirst);
+    let pdu = respond(request, &mut changed, layout, WordOrder::HighFirst);
     assert!(pdu.is_exception(), "{request:02X?}");
     assert_eq!(changed, image(3), "{request:02X?}");
     pdu.as_bytes().to_vec()
@@ -21,22 +29,30 @@ fn refused(request: &[u8]) -> Vec<u8> {
 /// What a ring does with many requests, each on a fresh image, against the plain reading of the rules.
 struct Comparison {
     plain: Plain,
+    layout: Layout,
     order: WordOrder,
     fresh: ProcessImage,
     compared: usize,
 }
 
 impl Comparison {
-    fn new(encoders: usize, order: WordOrder) -> Self {
-        Self { plain: Plain::new(encoders, order), order, fresh: image(encoders), compared: 0 }
+    fn new(encoders: usize, layout: Layout, order: WordOrder) -> Self {
+        let plain = Plain::new(encoders, layout, order);
+        Self { plain, layout, order, fresh: image(encoders), compared: 0 }
     }
 
     fn check(&mut self, request: &[u8]) {
         let mut image = self.fresh.clone();
         self.plain.image.clone_from(&self.fresh);
-        let answer = respond(request, &mut image, self.order);
-        assert_eq!(answer.as_bytes(), self.plain.respond(request), "{:?} {request:02X?}", self.order);
-        assert_eq!(image, self.plain.image, "{:?} {request:02X?}", self.order);
+        let answer = respond(request, &mut image, self.layout, self.order);
+        assert_eq!(
+            answer.as_bytes(),
+            self.plain.respond(request),
+            "{} {:?} {request:02X?}",
+            self.layout,
+            self.order
+        );
+        assert_eq!(image, self.plain.image, "{} {:?} {request:02X?}", self.layout, self.order);
         let succeeded = matches!(answer.as_bytes(), [6 | 16 | 23, ..]);
         assert!(succeeded || image == self.fresh, "{request:02X?} changed the image");
         self.compared += 1;
@@ -66,46 +82,68 @@ impl Comparison {
 
 #[test]
 fn whatever_changes_in_a_request_the_answer_is_the_one_of_the_plain_rules() {
-    for order in ORDERS {
-        let mut ring = Comparison::new(3, order);
-        for request in requests() {
-            ring.sweep(&request);
+    let plain = [&requests()[..], &diagnosis()].concat();
+    for (layout, requests) in [(Layout::Plain, plain), (Layout::Inline, inline_requests().to_vec())] {
+        for order in ORDERS {
+            let mut ring = Comparison::new(3, layout, order);
+            for request in &requests {
+                ring.sweep(request);
+            }
+            assert_eq!(ring.compared, requests.iter().map(|request| 1 + 256 * request.len() + 3 * 261).sum());
         }
-        assert_eq!(ring.compared, requests().iter().map(|request| 1 + 256 * request.len() + 3 * 261).sum());
     }
 }
 
 #[test]
 fn whatever_changes_in_the_longest_requests_the_answer_is_the_one_of_the_plain_rules() {
-    let mut ring = Comparison::new(ENCODERS_MAX, WordOrder::LowFirst);
+    let mut ring = Comparison::new(ENCODERS_MAX, Layout::Plain, WordOrder::LowFirst);
     ring.sweep(&[3, 0x03, 0xE8, 0, 125]);
     ring.sweep(&[4, 0, 131, 0, 125]);
     let values = |count: usize| (0..2 * count).map(|k| k as u8 ^ 0x5A);
     ring.sweep(&[16, 0, 133, 0, 123, 246].into_iter().chain(values(123)).collect::<Vec<_>>());
     ring.sweep(&[23, 0, 0, 0, 125, 0, 10, 0, 121, 242].into_iter().chain(values(121)).collect::<Vec<_>>());
+    ring.sweep(&[3, 0x03, 0x84, 0, 99]);
+    ring.sweep(&[4, 0x03, 0x8A, 0, 125]);
+
+    let mut ring = Comparison::new(ENCODERS_MAX, Layout::Inline, WordOrder::LowFirst);
+    ring.sweep(&[3, 0x05, 0x7C, 0, 125]);
+    // From the last IN word on into the OUT words, and up to the last of these.
+    ring.sweep(&[4, 0x20, 0x3F, 0, 125]);
+    ring.sweep(&[16, 0x20, 0xC5, 0, 123, 246].into_iter().chain(values(123)).collect::<Vec<_>>());
 }
 
 #[test]
 fn every_address_and_every_count_is_judged_by_the_plain_rules() {
-    let mut ring = Comparison::new(3, WordOrder::HighFirst);
+    every_address_and_every_count(Layout::Plain, [0, 0], &[[0, 0], [0, 5], [0x03, 0x84], [0x03, 0x89]]);
+}
+
+#[test]
+fn every_address_and_every_count_is_judged_by_the_plain_rules_in_the_inline_layout_too() {
+    let reads = [[0x03, 0x84], [0x05, 0x78], [0x1F, 0x40], [0x1F, 0x4B]];
+    every_address_and_every_count(Layout::Inline, [0x1F, 0x46], &reads);
+}
+
+/// `out` is where the OUT words begin.
+fn every_address_and_every_count(layout: Layout, [out_1, out_0]: [u8; 2], reads: &[[u8; 2]]) {
+    let mut ring = Comparison::new(3, layout, WordOrder::HighFirst);
     for any in 0..=u16::MAX {
         let [high, low] = any.to_be_bytes();
         for code in [3, 4] {
             for count in [1, 2, 126] {
                 ring.check(&[code, high, low, 0, count]);
             }
-            for address in [0, 5] {
-                ring.check(&[code, 0, address, high, low]);
+            for [address_1, address_0] in reads {
+                ring.check(&[code, *address_1, *address_0, high, low]);
             }
         }
         ring.check(&[6, high, low, 0xAB, 0xCD]);
         ring.check(&[16, high, low, 0, 1, 2, 0xAB, 0xCD]);
         ring.check(&[16, high, low, 0, 2, 4, 0xAB, 0xCD, 0xEF, 0x01]);
-        ring.check(&[16, 0, 0, high, low, 2, 0xAB, 0xCD]);
-        ring.check(&[23, high, low, 0, 2, 0, 0, 0, 1, 2, 0xAB, 0xCD]);
-        ring.check(&[23, 0, 0, 0, 2, high, low, 0, 1, 2, 0xAB, 0xCD]);
-        ring.check(&[23, 0, 0, high, low, 0, 0, 0, 1, 2, 0xAB, 0xCD]);
-        ring.check(&[23, 0, 0, 0, 2, 0, 0, high, low, 2, 0xAB, 0xCD]);
+        ring.check(&[16, out_1, out_0, high, low, 2, 0xAB, 0xCD]);
+        ring.check(&[23, high, low, 0, 2, out_1, out_0, 0, 1, 2, 0xAB, 0xCD]);
+        ring.check(&[23, out_1, out_0, 0, 2, high, low, 0, 1, 2, 0xAB, 0xCD]);
+        ring.check(&[23, out_1, out_0, high, low, out_1, out_0, 0, 1, 2, 0xAB, 0xCD]);
+        ring.check(&[23, out_1, out_0, 0, 2, out_1, out_0, high, low, 2, 0xAB, 0xCD]);
     }
 }
 
@@ -212,6 +250,47 @@ fn the_mirror_is_read_and_not_written() {
 }
 
 #[test]
+fn the_diagnosis_is_read_and_not_written() {
+    let seen = [0xB0, 0xE0, 0xB3, 0x80, 0xC0, 0x00, 0xC0, 0x01, 0xC0, 0x02, 0xC0, 0x03];
+    assert_eq!(answer(&mut image(3), &[3, 0x03, 0x84, 0, 6]), [&[3, 12], &seen[..]].concat());
+    assert_eq!(answer(&mut image(3), &[4, 0x03, 0x84, 0, 6]), [&[4, 12], &seen[..]].concat());
+    // Function 23 writes OUT and reads what the master says.
+    let mut written = image(3);
+    let request = [23, 0x03, 0x84, 0, 6, 0, 0, 0, 2, 4, 1, 2, 3, 4];
+    assert_eq!(answer(&mut written, &request), [&[23, 12], &seen[..]].concat());
+    assert_eq!(written.out()[0], OutWord(0x0102_0304));
+    for register in [0x84, 0x85, 0x86, 0x89] {
+        assert_eq!(refused(&[6, 0x03, register, 0, 0]), [0x86, 2]);
+        assert_eq!(refused(&[16, 0x03, register, 0, 1, 2, 0, 0]), [0x90, 2]);
+        assert_eq!(refused(&[23, 0, 0, 0, 2, 0x03, register, 0, 1, 2, 0, 0]), [0x97, 2]);
+        // Past the segment that leads home.
+        assert_eq!(refused(&[3, 0x03, register, 0, 0x8B - register]), [0x83, 2]);
+    }
+}
+
+#[test]
+fn in_the_inline_layout_function_23_is_exception_01_and_only_out_is_written() {
+    let mut ring = image(3);
+    assert_eq!(inline_answer(&mut ring, &[3, 0x05, 0x78, 0, 4]), [3, 8, 0, 3, 2, 0x33, 2, 0x33, 2, 0x33]);
+    let write = [16, 0x1F, 0x46, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F];
+    assert_eq!(inline_answer(&mut ring, &write), write[..5]);
+    assert_eq!(inline_answer(&mut ring, &[6, 0x1F, 0x48, 1, 2]), [6, 0x1F, 0x48, 1, 2]);
+    assert_eq!(ring.out(), [OutWord(0xC200_270F), OutWord(0x0102_4003), OutWord(0x4004_4005)]);
+    let read = inline_answer(&mut ring, &[3, 0x1F, 0x44, 0, 4]);
+    assert_eq!(read, [3, 8, 0x80, 0x04, 0x80, 0x05, 0xC2, 0x00, 0x27, 0x0F]);
+
+    let refused = |request: &[u8]| refused_by(Layout::Inline, request);
+    assert_eq!(refused(&[23, 0x1F, 0x46, 0, 2, 0x1F, 0x46, 0, 1, 2, 1, 2]), [0x97, 1]);
+    assert_eq!(refused(&[23]), [0x97, 1]);
+    // IN, from IN into OUT, the directory, past the last encoder, and what only the plain layout has.
+    assert_eq!(refused(&[6, 0x1F, 0x45, 1, 2]), [0x86, 2]);
+    assert_eq!(refused(&[16, 0x1F, 0x45, 0, 2, 4, 1, 2, 3, 4]), [0x90, 2]);
+    assert_eq!(refused(&[6, 0x05, 0x78, 1, 2]), [0x86, 2]);
+    assert_eq!(refused(&[3, 0x1F, 0x4B, 0, 2]), [0x83, 2]);
+    assert_eq!(refused(&[6, 0, 0, 1, 2]), [0x86, 2]);
+}
+
+#[test]
 fn a_wrong_count_is_named_before_a_wrong_address() {
     assert_eq!(refused(&[3, 0xFF, 0xFF, 0, 0]), [0x83, 3]);
     assert_eq!(refused(&[4, 0xFF, 0xFF, 0, 126]), [0x84, 3]);
@@ -239,9 +318,12 @@ fn the_limits_of_a_request_are_125_registers_read_and_123_or_121_written() {
 }
 
 #[test]
-fn a_ring_without_encoders_has_no_registers() {
+fn a_ring_without_encoders_has_a_diagnosis_and_no_words() {
     let mut image = image(0);
     for request in requests() {
         assert_eq!(answer(&mut image, &request), [request[0] | 0x80, 2]);
     }
+    assert_eq!(answer(&mut image, &[3, 0x03, 0x84, 0, 3]), [3, 6, 0xB0, 0xE0, 0xB3, 0x80, 0xC0, 0x00]);
+    assert_eq!(inline_answer(&mut image, &[3, 0x05, 0x78, 0, 1]), [3, 2, 0, 0]);
+    assert_eq!(inline_answer(&mut image, &[3, 0x1F, 0x40, 0, 1]), [0x83, 2]);
 }

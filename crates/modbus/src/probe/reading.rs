@@ -7,12 +7,19 @@
 //! - motion: the low half of a position changes at least as often as the high one;
 //! - edges: a reading that is one register off leaves the first and the last register over.
 
+use encoring_ring::diagnostics::status::{self, DC_RESULT, QUALITY};
 use encoring_words::InWord;
 use encoring_words::word::In;
 
 use super::Certainty;
 use crate::address::Place;
-use crate::registers::{REGISTERS_PER_ENCODER, WordOrder};
+use crate::registers::{DIAGNOSIS, REGISTERS_PER_ENCODER, WordOrder};
+
+/// A master whose bus runs.
+const RUNNING: u16 = status::READY | status::ACTIVE | status::RUN;
+/// What it is with a fault: it repeats, searches, or has found a place.
+const STATES: [u16; 3] =
+    [RUNNING, status::READY | status::DETECT, status::READY | status::DETECT | status::BUS];
 
 /// Registers without a gap and what stood in them, one row for each reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,6 +64,19 @@ impl Block {
     #[must_use]
     pub fn holds_something(&self) -> bool {
         self.readings.iter().flatten().any(|value| *value != 0)
+    }
+
+    /// Whether it is what our own server shows as the master's diagnosis: it begins there, with a status that a master
+    /// can have. Of the words that these two registers would be, an encoder can send one of each order only.
+    pub(super) fn is_diagnosis(&self) -> bool {
+        let is_status = |reading: &Vec<u16>| match reading.first_chunk() {
+            Some(&[state, parameter]) => match state & !QUALITY {
+                RUNNING => parameter == 0,
+                state => state & DC_RESULT != 0 && STATES.contains(&(state & !DC_RESULT)),
+            },
+            None => false,
+        };
+        self.place.first == DIAGNOSIS && self.readings.iter().all(is_status)
     }
 
     /// Whether all that is not zero stands in a run of words at these offsets.

@@ -130,6 +130,11 @@ fn our_own_map_is_found_in_either_order() {
             .with(Table::Input, 0, encoders(order))
             .with(Table::Holding, 0, zeros(6))
             .with(Table::Holding, 1000, encoders(order));
+        for table in [Table::Input, Table::Holding] {
+            // A count that moves as a position does.
+            let faults = [Cell::Half(3, 1, 0, false), Cell::Is(0), Cell::Is(7), Cell::Is(0)];
+            gateway = gateway.with(table, 900, [Cell::Is(0x40E0), Cell::Is(0)].into_iter().chain(faults));
+        }
         let report = gateway.search();
         let text = told(&report);
         let options = if option.is_empty() { String::new() } else { format!("?{option}") };
@@ -147,6 +152,17 @@ fn our_own_map_is_found_in_either_order() {
         assert!(mirror.evidence.contains(&Evidence::OutGuessed(0)), "{text}");
         assert_eq!(report.candidates.len(), 2, "{text}");
         assert_eq!(report.end, End::Whole);
+    });
+}
+
+#[test]
+fn encoders_where_our_own_server_has_its_diagnosis_are_found() {
+    both(|order, option| {
+        let report = Gateway::new().with(Table::Input, 900, encoders(order)).search();
+        let option = if option.is_empty() { String::new() } else { format!("&{option}") };
+        let (certainty, address, encoders) = best(&report);
+        assert_eq!((certainty, encoders), (Certainty::Certain, 3));
+        assert_eq!(address, format!("modbus-tcp://gateway:502?out=holding:0&in=input:900{option}"));
     });
 }
 
