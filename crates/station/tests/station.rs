@@ -388,8 +388,10 @@ fn a_recording_that_breaks_off_in_the_first_cycles_is_told_too() {
 
 #[test]
 fn a_waveform_that_breaks_off_ends_the_station_and_is_told() {
+    let bits = format!("{STANDING}[ring]\nlevel = \"bit\"\n");
+    let scenario = Scenario::parse("bits", &bits, Path::new("")).unwrap();
     for format in [Format::Vcd, Format::Fst] {
-        let mut world = world();
+        let mut world = World::new(&scenario).unwrap();
         let sink = Sink { full_after: Some(6_000), ..Sink::default() };
         let file: Box<dyn wave::Sink + Send> = Box::new(sink.clone());
         let waveform = Waveform::new(format, file, "tests", &mut world).unwrap();
