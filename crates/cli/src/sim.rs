@@ -11,9 +11,11 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Counters, Layout, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
-use encoring_sim::{Level, Scenario, World, device_line, state};
+use encoring_sim::{Level, Scenario, Waveform, World, device_line, state};
+use encoring_station::station::Record;
 use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
 use encoring_trace::Writer;
+use encoring_trace::wave::{Format as WaveFormat, Sink};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -42,6 +44,7 @@ Examples:
   encoring sim --example > ring.toml              a scenario to start from
   encoring sim ring.toml --state memories         encoders that remember
   encoring sim --for 10s --speed max --record ring.csv --modbus off
+  encoring sim --level bit --for 50ms --speed max --record ring.vcd --modbus off && gtkwave ring.vcd
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word")]
 pub(crate) struct Arguments {
@@ -81,8 +84,9 @@ pub(crate) struct Arguments {
     /// every segment.
     #[arg(long, value_name = "word|bit", value_parser = level)]
     level: Option<Level>,
-    /// Writes every exchange of every encoder to a trace that `replay` reads.
-    #[arg(long, value_name = "FILE.csv")]
+    /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
+    /// signals over time for GTKWave: at bit level every line bit of every segment.
+    #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
     /// Prints the scenario of the built-in ring and ends.
     #[arg(long, conflicts_with = "scenario")]
@@ -170,8 +174,8 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         Some(folder) => Some(remember(folder, &units, &mut world)?),
         None => None,
     };
-    let recording = arguments.record.as_deref().map(|file| Recording::start(file, &world)).transpose()?;
-    let (partial, record) = recording.map_or((None, None), |(partial, writer)| (Some(partial), Some(writer)));
+    let recording = arguments.record.as_deref().map(|file| Recording::start(file, &mut world)).transpose()?;
+    let (partial, record) = recording.map_or((None, None), |(partial, record)| (Some(partial), Some(record)));
     let options = Options { speed: arguments.speed, until: arguments.lasting, record };
     let station = Station::start(world, options)?;
     let keeper = match &arguments.state {
@@ -296,24 +300,37 @@ struct Recording {
 }
 
 impl Recording {
-    fn start(file: &Path, world: &World) -> Result<(Self, encoring_station::station::Record), Failure> {
+    fn start(file: &Path, world: &mut World) -> Result<(Self, Record), Failure> {
         let mut partial = file.as_os_str().to_owned();
         partial.push(".partial");
         let partial = PathBuf::from(partial);
         let problem = |cause: io::Error| bad_input(format!("--record {}: {cause}", file.display()));
-        let sink = File::create(&partial).map_err(problem)?;
-        let devices: Vec<_> = world
-            .places()
-            .iter()
-            .enumerate()
-            .map(|(position, place)| {
-                device_line::to_device(position as u8, place.node().unit(), place.node().memory())
-            })
-            .collect();
-        let sink: Box<dyn Write + Send> = Box::new(BufWriter::with_capacity(1 << 16, sink));
-        let writer = Writer::recording(sink, &devices).map_err(problem)?;
-        Ok((Self { file: file.to_owned(), partial }, writer))
+        let sink = BufWriter::with_capacity(1 << 16, File::create(&partial).map_err(problem)?);
+        let record = match WaveFormat::of(file) {
+            Some(format) => waveform(format, sink, world),
+            None => exchanges(sink, world),
+        };
+        Ok((Self { file: file.to_owned(), partial }, record.map_err(problem)?))
     }
+}
+
+fn exchanges(sink: BufWriter<File>, world: &World) -> io::Result<Record> {
+    let devices: Vec<_> = world
+        .places()
+        .iter()
+        .enumerate()
+        .map(|(position, place)| {
+            device_line::to_device(position as u8, place.node().unit(), place.node().memory())
+        })
+        .collect();
+    let sink: Box<dyn Write + Send> = Box::new(sink);
+    Writer::recording(sink, &devices).map(Record::Exchanges)
+}
+
+fn waveform(format: WaveFormat, sink: BufWriter<File>, world: &mut World) -> io::Result<Record> {
+    let writer = concat!("encoring ", env!("CARGO_PKG_VERSION"));
+    let sink: Box<dyn Sink + Send> = Box::new(sink);
+    Waveform::new(format, sink, writer, world).map(|waveform| Record::Waveform(Box::new(waveform)))
 }
 
 fn finish_recording(recording: Option<Recording>, outcome: &Outcome) -> Result<(), Failure> {

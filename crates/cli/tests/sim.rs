@@ -172,6 +172,74 @@ fn the_same_run_gives_the_same_recording_and_it_replays() {
     }
 }
 
+/// The last time of a value change dump, whose last line is whole.
+fn last_time(text: &str) -> u64 {
+    assert!(text.ends_with('\n'));
+    text.lines().rfind(|line| line.starts_with('#')).unwrap()[1..].parse().unwrap()
+}
+
+#[test]
+fn the_ending_of_a_recording_chooses_what_is_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    let record = |file: &str, level: &str| {
+        let arguments =
+            ["--level", level, "--modbus", "off", "--for", "50ms", "--speed", "max", "--record", file];
+        let output = run(folder.path(), &[&["sim"][..], &arguments].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(!folder.path().join(format!("{file}.partial")).exists());
+        fs::read(folder.path().join(file)).unwrap()
+    };
+    let bits = String::from_utf8(record("bits.vcd", "bit")).unwrap();
+    assert!(bits.starts_with("$version encoring "), "{}", &bits[..80]);
+    assert!(bits.contains("\n$timescale 100 ns $end\n"));
+    for signal in ["wire 1 ( segment_0 $end", "wire 1 + segment_3 $end", "wire 32 : in [31:0] $end"] {
+        assert!(bits.contains(&format!("$var {signal}\n")), "{signal}");
+    }
+    // 74 cycles of 677 us, the last of which ends with the telegram that began in it.
+    // What is on its way then is drawn behind the devices that delay it.
+    let end = last_time(&bits);
+    assert!((500_980..=501_200).contains(&end), "{end}");
+    assert_eq!(bits.as_bytes(), record("again.vcd", "bit"), "the same run, the same recording");
+
+    let words = String::from_utf8(record("words.VCD", "word")).unwrap();
+    assert!(words.contains(" out_service $end\n") && !words.contains("segment_0"));
+    assert_eq!(last_time(&words), 500_980);
+
+    let packed = record("bits.fst", "bit");
+    assert!(packed.len() < bits.len() / 10);
+    assert_eq!(packed, record("again.fst", "bit"));
+    for other in ["ring.csv", "ring"] {
+        assert!(record(other, "bit").starts_with(b"# encoring-trace 1\n"));
+    }
+}
+
+#[test]
+fn a_signal_leaves_a_whole_waveform() {
+    let folder = tempfile::tempdir().unwrap();
+    for file in ["ring.vcd", "ring.fst"] {
+        let sim = Sim::start(folder.path(), &["--level", "bit", "--record", file]);
+        let partial = folder.path().join(format!("{file}.partial"));
+        assert!(partial.exists() && !folder.path().join(file).exists());
+        let mut client = sim.connect("modbus");
+        assert_eq!(service(&mut client, 2, 0x8200_0000), 0x82FF_FFFF);
+        let last = sim.end("-INT");
+        assert!(!partial.exists());
+        let found = fs::read(folder.path().join(file)).unwrap();
+        if file.ends_with("vcd") {
+            let text = String::from_utf8(found).unwrap();
+            let (end, stopped) = (last_time(&text), last["time_ns"].as_u64().unwrap() / 100);
+            assert!((stopped..stopped + 220).contains(&end), "{end}, stopped at {stopped}");
+            // The service that came over Modbus.
+            assert!(text.contains(&format!("\nb{:032b} L\n", 0x8200_0000_u32)));
+        } else {
+            // Kind of the first block, its length, no time at the beginning, and the end.
+            let number = |at: usize| u64::from_be_bytes(found[at..at + 8].try_into().unwrap());
+            assert_eq!((found[0], number(1), number(9)), (0, 329, 0));
+            assert!(number(17) >= last["time_ns"].as_u64().unwrap() / 100);
+        }
+    }
+}
+
 #[test]
 fn the_example_is_a_scenario() {
     let folder = tempfile::tempdir().unwrap();
@@ -307,6 +375,7 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
     for (arguments, message) in [
         (&["--record", "folder"][..], "error: --record folder: not an ordinary file; name a new one\n"),
         (&["--record", "none/new.csv"], "error: --record none/new.csv: there is no such folder\n"),
+        (&["--record", "none/new.vcd"], "error: --record none/new.vcd: there is no such folder\n"),
         (&["--record", "twice.toml", "twice.toml"], "error: twice.toml line 5: unknown field"),
     ] {
         let said = refused(here, &[&["sim", "--modbus", "off", "--state", "new"][..], arguments].concat());

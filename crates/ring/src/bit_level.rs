@@ -25,6 +25,11 @@ pub trait Lines {
     /// Some bits enter a segment, the first of them at `at`, counted in line bits since the ring was made; the same
     /// number leaves it.
     fn pass(&mut self, segment: usize, at: u64, line: Bits) -> Bits;
+
+    /// Some bits, the first of them at `at`, have gone around: so the devices are now. For whoever wants to look on.
+    fn passed(&mut self, at: u64, count: u32, slaves: &[Slave]) {
+        let _ = (at, count, slaves);
+    }
 }
 
 /// Segments that change nothing.
@@ -200,6 +205,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         }
         let home = if last == 0 { sent } else { home.unwrap_or(idle) };
         let home = lines.pass(last, self.sent, home);
+        lines.passed(self.sent, sent.count, slaves);
         self.sent += u64::from(sent.count);
         home
     }

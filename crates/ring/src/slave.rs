@@ -61,6 +61,29 @@ pub struct Lamps {
     pub rd: bool,
 }
 
+/// What a chip is in the middle of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Nothing: it has no supply.
+    Off,
+    /// Nothing: its reset input is held.
+    Held,
+    /// Nothing: the line is dead, or was never heard.
+    Reset,
+    /// It hears no telegram that it could follow.
+    Lost,
+    /// Status telegrams.
+    Pause,
+    /// Loopback word and identification words of an ID cycle.
+    Identification,
+    /// Loopback word and data of a data cycle.
+    Data,
+    /// The check word.
+    Check,
+    /// The end word.
+    End,
+}
+
 /// A protocol chip.
 #[derive(Clone, Debug)]
 pub struct Slave {
@@ -515,9 +538,25 @@ impl Slave {
         self.times.taken.is_some()
     }
 
+    /// What it is in the middle of.
+    #[must_use]
+    pub fn phase(&self) -> Phase {
+        match (self.condition, self.decoder.passing(), self.decoder.cycle()) {
+            (Condition::Off, _, _) => Phase::Off,
+            (Condition::Held, _, _) => Phase::Held,
+            (Condition::Running, Some(Part::Data), Cycle::Id) => Phase::Identification,
+            (Condition::Running, Some(Part::Data), Cycle::Data) => Phase::Data,
+            (Condition::Running, Some(Part::CheckHigh | Part::CheckLow), _) => Phase::Check,
+            (Condition::Running, Some(Part::EndHigh | Part::EndLow), _) => Phase::End,
+            (Condition::Running, None, _) if self.in_reset => Phase::Reset,
+            (Condition::Running, None, _) if self.decoder.is_in_step() => Phase::Pause,
+            (Condition::Running, None, _) => Phase::Lost,
+        }
+    }
+
     /// Line bits since the last sound telegram, and since OUT data were taken.
     #[must_use]
-    pub(crate) fn ages(&self) -> (u64, Option<u64>) {
+    pub fn ages(&self) -> (u64, Option<u64>) {
         let Times { now, heard, taken, .. } = self.times;
         (now - heard, taken.map(|at| now - at))
     }

@@ -403,6 +403,12 @@ impl Decoder {
         Some(if due { Pause::Closing } else { Pause::Statuses })
     }
 
+    /// The part of the frame that is passing, or that has just passed; `None` outside of a frame.
+    #[must_use]
+    pub fn passing(&self) -> Option<Part> {
+        (self.is_framed() || self.end == End::Due).then(|| self.part())
+    }
+
     /// The cycle of the present frame, or of the last one.
     #[must_use]
     pub const fn cycle(&self) -> Cycle {

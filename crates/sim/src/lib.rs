@@ -11,11 +11,13 @@ pub mod node;
 pub mod replay;
 pub mod scenario;
 pub mod state;
+pub mod waveform;
 pub mod wire;
 pub mod world;
 
 pub use memory::{CellFault, Eeprom};
 pub use node::{Node, Surroundings};
 pub use scenario::{Level, Scenario, ScenarioError};
+pub use waveform::Waveform;
 pub use wire::Wire;
 pub use world::{Cycled, World};

@@ -12,6 +12,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::fault::{SegmentFault, Segments};
 use crate::scenario::{Level, LineFault};
+use crate::waveform::{Tap, Tapped};
 
 /// How long a burst is.
 const BURST_BITS: u8 = 16;
@@ -36,6 +37,8 @@ pub struct BitWire {
     bit: Duration,
     trouble: Option<Trouble>,
     chance: Pcg64Mcg,
+    /// Who looks on.
+    pub(crate) tap: Option<Tap>,
 }
 
 /// A trouble of one segment.
@@ -61,7 +64,7 @@ impl Wire {
                 ring.begin_time();
                 let segments = Segments::new(encoders, seed);
                 let chance = Pcg64Mcg::seed_from_u64(!seed);
-                Self::Bit(Box::new(BitWire { ring, segments, bit, trouble: None, chance }))
+                Self::Bit(Box::new(BitWire { ring, segments, bit, trouble: None, chance, tap: None }))
             }
         }
     }
@@ -166,6 +169,16 @@ impl Wire {
 }
 
 impl BitWire {
+    /// How long a line bit is.
+    pub(crate) const fn bit(&self) -> Duration {
+        self.bit
+    }
+
+    /// The time of the line bits so far.
+    pub(crate) fn time(&self) -> Instant {
+        Instant(self.ring.sent().saturating_mul(self.bit.as_nanos()))
+    }
+
     /// Says whether a device works in the coming slot.
     pub(crate) fn set_condition(&mut self, position: usize, condition: Condition) {
         if let Some(slave) = self.ring.slaves_mut().get_mut(position)
@@ -218,7 +231,11 @@ impl BitWire {
                 injector.flip(at);
             }
         }
-        let cycled = self.ring.cycle(now, out, input, answers, &mut self.segments);
+        let (ring, segments) = (&mut self.ring, &mut self.segments);
+        let cycled = match &mut self.tap {
+            None => ring.cycle(now, out, input, answers, segments),
+            Some(tap) => ring.cycle(now, out, input, answers, &mut Tapped { segments, tap }),
+        };
         (cycled.verdict, cycled.place)
     }
 }

@@ -4,7 +4,7 @@ use encoring_encoder::Terminals;
 use encoring_ring::diagnostics::Place as FaultPlace;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::profile::{ENCODER_BYTES, RESET_AFTER};
-use encoring_ring::slave::{Condition, Jumper};
+use encoring_ring::slave::{Condition, Jumper, Lamps};
 use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict};
 use encoring_trace::{Input, Row};
 use encoring_words::{Duration, InWord, Instant, OutWord};
@@ -16,6 +16,7 @@ use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::{Node, OFF_BELOW_MV, Surroundings};
 use crate::scenario::{Change, Chip, Event, Happening, LineFault, NewMotion, Scenario};
+use crate::waveform::Tap;
 use crate::wire::{Trouble, Wire};
 
 /// A ring of encoders and everything around them.
@@ -159,6 +160,55 @@ impl World {
     #[must_use]
     pub const fn ring(&self) -> &Wire {
         &self.ring
+    }
+
+    /// The lamps of the encoder at a position; `None` past the last one. The manual of the CE-65-M shows them [R139].
+    #[must_use]
+    pub fn lamps(&self, position: usize) -> Option<Lamps> {
+        let u = self.places.get(position)?.is_supplied();
+        let connected = self.ring.incoming_connected(position, self.now);
+        Some(Lamps {
+            u,
+            ba: u && self.ring.bus_active(position, self.now),
+            rc: u && connected,
+            rd: u && self.ring.outgoing_off(position, self.now, self.places.len()),
+        })
+    }
+
+    /// What the encoder at a position loads at the start of the next cycle.
+    pub(crate) fn answer(&self, position: usize) -> Option<InWord> {
+        self.answers.get(position).copied().flatten()
+    }
+
+    /// How long a line bit is, at bit level.
+    pub(crate) fn line_bit(&self) -> Option<Duration> {
+        match &self.ring {
+            Wire::Word(_) => None,
+            Wire::Bit(wire) => Some(wire.bit()),
+        }
+    }
+
+    /// The time of the line bits so far, at bit level.
+    pub(crate) fn line_time(&self) -> Option<Instant> {
+        match &self.ring {
+            Wire::Word(_) => None,
+            Wire::Bit(wire) => Some(wire.time()),
+        }
+    }
+
+    /// Who looks on at the line from now on.
+    pub(crate) fn set_tap(&mut self, tap: Option<Tap>) {
+        if let Wire::Bit(wire) = &mut self.ring {
+            wire.tap = tap;
+        }
+    }
+
+    /// Who looks on at the line.
+    pub(crate) const fn tap_mut(&mut self) -> Option<&mut Tap> {
+        match &mut self.ring {
+            Wire::Word(_) => None,
+            Wire::Bit(wire) => wire.tap.as_mut(),
+        }
     }
 
     /// Runs one data cycle. `out` and `input` have one word for each encoder; `input` is changed only by a cycle

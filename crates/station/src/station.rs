@@ -7,7 +7,8 @@ use std::time::Instant as Clock;
 
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::{Change, LineFault};
-use encoring_sim::{Eeprom, World};
+use encoring_sim::{Cycled, Eeprom, Waveform, World};
+use encoring_trace::wave::Sink;
 use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
 
@@ -19,8 +20,13 @@ use crate::view::{Counters, View};
 /// How many requests may wait for the ring's thread; whoever asks more waits too.
 const REQUESTS_WAITING: usize = 64;
 
-/// Where recorded exchanges go.
-pub type Record = Writer<Box<dyn io::Write + Send>>;
+/// What is recorded, and where it goes.
+pub enum Record {
+    /// Every exchange of every encoder, as rows.
+    Exchanges(Writer<Box<dyn io::Write + Send>>),
+    /// What the ring looks like over time.
+    Waveform(Box<Waveform<Box<dyn Sink + Send>>>),
+}
 
 /// How a station runs.
 pub struct Options {
@@ -28,7 +34,7 @@ pub struct Options {
     pub speed: Speed,
     /// Time on the ring after which it stops by itself.
     pub until: Option<Duration>,
-    /// Every exchange is written here.
+    /// What is written meanwhile. A waveform was begun with the world that is started.
     pub record: Option<Record>,
 }
 
@@ -99,7 +105,7 @@ impl Station {
         let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
         let handle = Handle { image: SharedImage::new(image), requests };
-        if options.record.is_some() {
+        if matches!(options.record, Some(Record::Exchanges(_))) {
             world.record();
         }
         let mut ring = Running {
@@ -277,12 +283,18 @@ impl Running {
         self.events.cycled(cycled.at, cycled.verdict);
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
-        self.keep_record();
+        self.keep_exchanges();
+        self.keep_waveform(&cycled);
     }
 
-    fn keep_record(&mut self) {
-        let (Some(record), Ok(())) = (&mut self.record, &self.recording) else { return };
-        self.recording = self.world.take_recorded().try_for_each(|row: Row| record.write(&row));
+    fn keep_exchanges(&mut self) {
+        let (Some(Record::Exchanges(rows)), Ok(())) = (&mut self.record, &self.recording) else { return };
+        self.recording = self.world.take_recorded().try_for_each(|row: Row| rows.write(&row));
+    }
+
+    fn keep_waveform(&mut self, cycled: &Cycled) {
+        let (Some(Record::Waveform(waveform)), Ok(())) = (&mut self.record, &self.recording) else { return };
+        self.recording = waveform.cycled(&mut self.world, cycled);
     }
 
     fn serve(&mut self, request: Request) -> Next {
@@ -290,7 +302,7 @@ impl Running {
         match request {
             Request::Change { position, changes, done } => {
                 self.world.change(position, &changes);
-                self.keep_record();
+                self.keep_exchanges();
                 let _ = done.send(());
             }
             Request::Trouble { segment, fault, done } => {
@@ -323,17 +335,14 @@ impl Running {
         View::of(&self.world, &image, self.verdict, self.counters)
     }
 
-    fn finish(mut self) -> Outcome {
+    fn finish(self) -> Outcome {
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
-        let flushed = match &mut self.record {
-            Some(record) => record.flush(),
+        let (view, events) = (self.view(), self.events.since(0));
+        let finished = match self.record {
+            Some(Record::Exchanges(mut rows)) => rows.flush(),
+            Some(Record::Waveform(waveform)) => waveform.finish().map(drop),
             None => Ok(()),
         };
-        Outcome {
-            view: self.view(),
-            events: self.events.since(0),
-            memories,
-            recording: self.recording.and(flushed),
-        }
+        Outcome { view, events, memories, recording: self.recording.and(finished) }
     }
 }

@@ -161,15 +161,8 @@ impl Lamps {
     /// Those of the encoder at a position of `world`.
     #[must_use]
     pub fn of(world: &World, position: usize) -> Option<Self> {
-        let on = world.places().get(position)?.is_supplied();
-        let (ring, now) = (world.ring(), world.now());
-        let connected = ring.incoming_connected(position, now);
-        Some(Self {
-            u: on,
-            ba: on && ring.bus_active(position, now),
-            rc: on && connected,
-            rd: on && ring.outgoing_off(position, now, world.places().len()),
-        })
+        let encoring_ring::slave::Lamps { u, ba, rc, rd } = world.lamps(position)?;
+        Some(Self { u, ba, rc, rd })
     }
 }
 

@@ -1,7 +1,7 @@
 //! A ring that runs in its thread: how it starts and ends, what others see and change, what it leaves behind.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, missing_docs, reason = "tests")]
 
-use std::io::{self, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -12,9 +12,10 @@ use encoring_ring::image::Half;
 use encoring_sim::device_line::to_device;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, LineFault, NewMotion};
-use encoring_sim::{Scenario, World, state};
+use encoring_sim::{Scenario, Waveform, World, state};
 use encoring_station::station::Record;
 use encoring_station::{Handle, Keeper, Options, Speed, Station, Stopped};
+use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
 use encoring_words::{Duration, InWord, OutWord};
 
@@ -100,7 +101,7 @@ impl Sink {
             .map(|(place, position)| to_device(position, place.node().unit(), place.node().memory()))
             .collect();
         let sink: Box<dyn Write + Send> = Box::new(self.clone());
-        Writer::recording(sink, &devices).unwrap()
+        Record::Exchanges(Writer::recording(sink, &devices).unwrap())
     }
 
     fn rows(&self) -> Vec<Row> {
@@ -122,6 +123,12 @@ impl Write for Sink {
 
     fn flush(&mut self) -> io::Result<()> {
         if self.flush_fails { Err(io::Error::from(io::ErrorKind::BrokenPipe)) } else { Ok(()) }
+    }
+}
+
+impl Seek for Sink {
+    fn seek(&mut self, _: SeekFrom) -> io::Result<u64> {
+        Ok(self.bytes.lock().unwrap().len() as u64)
     }
 }
 
@@ -382,6 +389,25 @@ fn a_recording_that_breaks_off_in_the_first_cycles_is_told_too() {
     let station = Station::start(world, Options { record, ..at(Speed::REAL) }).unwrap();
     wait_for("the end", || station.is_finished());
     assert_eq!(station.stop().unwrap().recording.unwrap_err().kind(), io::ErrorKind::StorageFull);
+}
+
+#[test]
+fn a_waveform_that_breaks_off_ends_the_station_and_is_told() {
+    let bits = format!("{STANDING}[ring]\nlevel = \"bit\"\n");
+    let scenario = Scenario::parse("bits", &bits, Path::new("")).unwrap();
+    for format in [Format::Vcd, Format::Fst] {
+        let mut world = World::new(&scenario).unwrap();
+        let sink = Sink { full_after: Some(6_000), ..Sink::default() };
+        let file: Box<dyn wave::Sink + Send> = Box::new(sink.clone());
+        let waveform = Waveform::new(format, file, "tests", &mut world).unwrap();
+        let record = Some(Record::Waveform(Box::new(waveform)));
+        let until = Some(Duration::from_millis(2_000));
+        let station = Station::start(world, Options { record, until, speed: Speed::Max }).unwrap();
+        wait_for("the end", || station.is_finished());
+        let outcome = station.stop().unwrap();
+        assert_eq!(outcome.recording.unwrap_err().kind(), io::ErrorKind::StorageFull, "{format:?}");
+        assert_eq!(outcome.memories.len(), 3, "the memories are whole all the same");
+    }
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! Recordings of exchanges: what went to an encoder, what its shaft, inputs and supply did, and what it
-//! answered, as CSV in and out.
+//! answered, as CSV in and out; and waveforms, out only.
 //!
 //! This crate knows columns, units and errors, and never the meaning of what it carries.
 //!
@@ -24,7 +24,7 @@
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
 //! the column `position`.
 //!
-//! A [`log`] is what was seen on a bus, for days.
+//! A [`log`] is what was seen on a bus, for days. A [`wave`] is signals over time, for waveform viewers.
 //!
 //! ```
 //! use encoring_trace::{Input, Reader, Writer};
@@ -51,6 +51,7 @@ mod lines;
 pub mod log;
 #[cfg(test)]
 mod tests;
+pub mod wave;
 
 pub use self::columns::{Input, Row};
 pub use self::csv::{Reader, Writer};
