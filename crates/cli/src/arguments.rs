@@ -5,6 +5,8 @@ use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Model, Parameter};
 
+pub(crate) mod fault;
+
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
     PossibleValuesParser::new(MODELS.map(Model::name))

@@ -107,6 +107,23 @@ pub(crate) fn stop_mark() -> Result<Arc<AtomicBool>, Failure> {
     Ok(stop)
 }
 
+/// The scenario of a simulated ring; `None` if the address is that of another ring.
+pub(crate) fn simulated_ring(address: &str) -> Result<Option<Scenario>, Failure> {
+    let scenario = match address.split_once(':') {
+        None if address == "sim" => Scenario::built_in(),
+        Some(("sim", file)) => Scenario::read(file.as_ref()),
+        _ => return Ok(None),
+    };
+    scenario.map(Some).map_err(bad_input)
+}
+
+/// The address of a gateway.
+pub(crate) fn gateway(address: &str) -> Result<Address, Failure> {
+    address
+        .parse()
+        .map_err(|error| bad_input(format!("--bus {address}: {error}; or sim, or sim:SCENARIO.toml")))
+}
+
 impl BusArguments {
     /// The address, which is always to be said: nobody shall believe that a simulation is the machine.
     pub(crate) fn address(&self) -> Result<&str, Failure> {
@@ -119,14 +136,9 @@ impl BusArguments {
     pub(crate) fn open(&self, speed: Speed) -> Result<Opened, Failure> {
         let address = self.address()?;
         let stop = stop_mark()?;
-        let simulated = match address.split_once(':') {
-            None if address == "sim" => Some(Scenario::built_in()),
-            Some(("sim", file)) => Some(Scenario::read(file.as_ref())),
-            _ => None,
-        };
-        let (bus, memories) = match simulated {
+        let (bus, memories) = match simulated_ring(address)? {
             Some(scenario) => {
-                let (bus, memories) = self.simulated(&scenario.map_err(bad_input)?, speed)?;
+                let (bus, memories) = self.simulated(&scenario, speed)?;
                 (AnyBus::Simulated(Box::new(bus)), memories)
             }
             None => {
@@ -135,9 +147,7 @@ impl BusArguments {
                         "--state is for simulated rings; a real encoder keeps its own memory",
                     ));
                 }
-                let parsed: Address = address.parse().map_err(|error| {
-                    bad_input(format!("--bus {address}: {error}; or sim, or sim:SCENARIO.toml"))
-                })?;
+                let parsed = gateway(address)?;
                 (AnyBus::Modbus(Box::new(Client::new(parsed)?)), None)
             }
         };

@@ -1,7 +1,6 @@
 //! The `encoring` command.
 //!
-//! A command is a file: its arguments, and a `run` that ends in an [`Answer`](output::Answer) or says why it could
-//! not.
+//! A command is a file: its arguments, and a `run` that ends in an [`Answer`](output::Answer) or a failure.
 
 mod arguments;
 mod ask;
@@ -17,6 +16,8 @@ mod probe;
 mod program;
 mod read;
 mod replay;
+mod ring;
+mod scan;
 mod sim;
 mod told;
 mod watch;
@@ -53,6 +54,6 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Probe probe,
-    Watch watch, Log log,
+    Watch watch, Log log, Scan scan, Ring ring,
     Completions completions,
 }

@@ -22,6 +22,7 @@ use serde::Serialize;
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
+use crate::arguments::fault::{self, FaultArgument};
 use crate::output::{Answer, Failure, Format, bad_input, note};
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
@@ -46,7 +47,16 @@ Examples:
   encoring sim --for 10s --speed max --record ring.csv --modbus off
   encoring sim --level bit --for 50ms --speed max --record ring.vcd --modbus off && gtkwave ring.vcd
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
-  mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word")]
+  mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
+  encoring sim --level bit --fault silent:2@5s+1s    a broken cable, searched and found
+
+Faults: KIND[=VALUE][:PLACE][@TIME][+TIME], from TIME after the start (0) for TIME (for good).
+  on segment PLACE (0 leads to the first encoder, the last one back to the master):
+    bad, silent; with --level bit also low, high, and flips=N, bursts=N, jitter=N,
+    lost=N (N of a million bits)
+  at the encoder at position PLACE:
+    supply (off), chip (held), jumper (missing behind it); with --level bit also
+    ident=HHHH (another identification word)")]
 pub(crate) struct Arguments {
     /// What hangs on the ring and what happens to it.
     scenario: Option<PathBuf>,
@@ -84,10 +94,16 @@ pub(crate) struct Arguments {
     /// every segment.
     #[arg(long, value_name = "word|bit", value_parser = level)]
     level: Option<Level>,
+    /// A fault beside what the scenario has; may be repeated. What can be written is below.
+    #[arg(long = "fault", value_name = "FAULT")]
+    faults: Vec<FaultArgument>,
     /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
     /// signals over time for GTKWave: at bit level every line bit of every segment.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
+    /// Tells the counters each time so much has passed on the ring, as fast as it can be told: 10, 1m.
+    #[arg(long, value_name = "TIME", value_parser = span)]
+    counters: Option<Duration>,
     /// Prints the scenario of the built-in ring and ends.
     #[arg(long, conflicts_with = "scenario")]
     example: bool,
@@ -153,6 +169,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut scenario = scenario.map_err(bad_input)?;
     scenario.level = arguments.level.unwrap_or(scenario.level);
+    fault::add(&arguments.faults, &mut scenario)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(simulate(arguments, &scenario))
 }
@@ -194,6 +211,8 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         format: arguments.format,
         layout: arguments.layout,
         next_event: 0,
+        counters: arguments.counters,
+        next_counters_ns: arguments.counters.map_or(0, Duration::as_nanos),
         modbus: where_it_listens("modbus", modbus.as_ref())?,
         control: where_it_listens("control", control.as_ref())?,
     };
@@ -245,6 +264,11 @@ async fn finished(station: &Station, progress: &Progress, report: &mut Report) -
         progress.show(station);
         if let Ok(events) = station.handle().events(report.next_event) {
             report.events(&events)?;
+        }
+        if report.counters.is_some()
+            && let Ok(view) = station.handle().view()
+        {
+            report.counters(&view)?;
         }
         tokio::time::sleep(LOOK_EVERY).await;
     }
@@ -392,6 +416,8 @@ struct Report {
     layout: Layout,
     /// Number of the first event not yet told.
     next_event: u64,
+    counters: Option<Duration>,
+    next_counters_ns: u64,
     modbus: Option<String>,
     control: Option<String>,
 }
@@ -406,9 +432,9 @@ struct Listening<'a> {
     control: Option<&'a str>,
 }
 
-/// The last line for programs.
+/// A line of counters for programs, and the last of all.
 #[derive(Serialize)]
-struct StoppedLine<'a> {
+struct CountersLine<'a> {
     event: &'static str,
     time_ns: u64,
     #[serde(flatten)]
@@ -472,12 +498,33 @@ impl Report {
         out.flush()
     }
 
+    fn counters(&mut self, view: &View) -> io::Result<()> {
+        let (Some(every), true) = (self.counters, view.time_ns >= self.next_counters_ns) else {
+            return Ok(());
+        };
+        let passed = view.time_ns.checked_div(every.as_nanos()).unwrap_or_default();
+        self.next_counters_ns = every.as_nanos().saturating_mul(passed.saturating_add(1));
+        let counters = view.counters;
+        let mut out = io::stdout().lock();
+        if self.format == Format::Json {
+            let segment_faults = view.diagnosis.segment_faults.as_slice();
+            let line = CountersLine { event: "counters", time_ns: view.time_ns, counters, segment_faults };
+            writeln!(out, "{}", serde_json::to_string(&line)?)?;
+        } else {
+            let (cycles, faulty, dropped) =
+                (counters.cycles, counters.faulty_cycles, counters.dropped_cycles);
+            let at = Duration::from_nanos(view.time_ns);
+            writeln!(out, "{at}: {cycles} cycles, {faulty} faulty, {dropped} dropped")?;
+        }
+        out.flush()
+    }
+
     fn end(&self, view: &View) -> io::Result<()> {
         let mut out = io::stdout().lock();
         let counters = view.counters;
         let segment_faults = view.diagnosis.segment_faults.as_slice();
         if self.format == Format::Json {
-            let line = StoppedLine { event: "stopped", time_ns: view.time_ns, counters, segment_faults };
+            let line = CountersLine { event: "stopped", time_ns: view.time_ns, counters, segment_faults };
             writeln!(out, "{}", serde_json::to_string(&line)?)?;
         } else {
             writeln!(

@@ -417,3 +417,95 @@ fn what_happens_on_the_ring_is_told_while_it_runs() {
         ]
     );
 }
+
+/// The lines of a run of the built-in ring, without its table.
+fn told(arguments: &str) -> Vec<String> {
+    let common = ["sim", "--modbus", "off", "--speed", "max"];
+    let arguments: Vec<&str> = common.into_iter().chain(arguments.split(' ')).collect();
+    let output = run(Path::new("."), &arguments);
+    assert_eq!(output.status.code(), Some(0), "{arguments:?}");
+    String::from_utf8(output.stdout).unwrap().lines().skip(5).map(ToOwned::to_owned).collect()
+}
+
+#[test]
+fn a_broken_cable_is_searched_and_its_place_told() {
+    assert_eq!(
+        told("--for 400ms --level bit --fault silent:2@100ms+200ms"),
+        [
+            "100.196 ms: bad check words on segment 2",
+            "102.904 ms: the bus is stopped, the master looks for the fault",
+            "132.692 ms: the master found: the ring ends behind device 2.0: nobody answers on segment 2 \
+             (parameter 0280)",
+            "310.743 ms: the ring is whole again",
+            "stopped after 400.107 ms on the ring: 591 cycles, 311 faulty, 0 dropped",
+        ]
+    );
+}
+
+#[test]
+fn a_search_is_told_to_programs_too() {
+    let common = ["sim", "--modbus", "off", "--speed", "max", "--format", "json", "--level", "bit"];
+    let arguments = [&common[..], &["--for", "300ms", "--fault", "jumper:0@50ms"]].concat();
+    let output = run(Path::new("."), &arguments);
+    let lines: Vec<serde_json::Value> = String::from_utf8(output.stdout)
+        .unwrap()
+        .lines()
+        .skip(1)
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let began = lines.iter().position(|line| line["event"] == "search_began").unwrap();
+    let found = &lines[began + 1];
+    assert_eq!((found["event"].as_str(), found["fault"].as_str()), (Some("search_found"), Some("break")));
+    assert_eq!((found["segment"].as_u64(), found["parameter_hex"].as_str()), (Some(1), Some("0180")));
+    assert_eq!(lines.last().unwrap()["event"], "stopped");
+}
+
+#[test]
+fn faults_of_devices_end_with_their_time_at_word_level_too() {
+    assert_eq!(
+        told("--for 40ms --fault chip:1@10ms+10ms --fault bad:0@30ms+1ms"),
+        [
+            "10.832 ms: the ring is silent from segment 2 on",
+            "20.987 ms: the ring is whole again",
+            "30.465 ms: bad check words on segment 0",
+            "31.819 ms: the ring is whole again",
+            "stopped after 40.62 ms on the ring: 60 cycles, 17 faulty, 0 dropped",
+        ]
+    );
+}
+
+#[test]
+fn a_fault_that_cannot_be_is_refused_with_what_is_allowed() {
+    for (faults, message) in [
+        (&["low:1"][..], "--fault low:1: the word level does not have it; give --level bit"),
+        (&["bad:4"], "--fault bad:4: segment 4; the segments are 0 to 3"),
+        (&["supply:3"], "--fault supply:3: position 3; the positions are 0 to 2"),
+        (
+            &["bad:1", "silent:2@1"],
+            "--fault silent:2@1: segment 1 is troubled at that time; a ring has one such at a time",
+        ),
+    ] {
+        let faults = faults.iter().flat_map(|fault| ["--fault", fault]);
+        let arguments: Vec<&str> = ["sim", "--modbus", "off"].into_iter().chain(faults).collect();
+        assert_eq!(refused(Path::new("."), &arguments), format!("error: {message}\n"));
+    }
+    let said = refused(Path::new("."), &["sim", "--fault", "cut:1"]);
+    assert!(
+        said.starts_with("error: invalid value 'cut:1' for '--fault <FAULT>': kind \"cut\"; the kinds"),
+        "{said}"
+    );
+}
+
+#[test]
+fn counters_are_told_while_it_runs() {
+    let sim = Sim::start(Path::new("."), &["--speed", "100", "--counters", "1s"]);
+    let mut lines = sim.lines;
+    let mut line = String::new();
+    lines.read_line(&mut line).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&line).unwrap();
+    assert_eq!((told["event"].as_str(), told["faulty_cycles"].as_u64()), (Some("counters"), Some(0)));
+    assert!(told["cycles"].as_u64().unwrap() >= 1_000, "{told}");
+    let mut program = sim.program;
+    program.kill().unwrap();
+    program.wait().unwrap();
+}

@@ -93,6 +93,22 @@ impl Client {
         })
     }
 
+    /// What an Inline coupler says of the modules on its ring: length code in the high byte and ident code in the low
+    /// byte of each, and where their data lie. `None` if the address has another layout, where nobody can tell.
+    ///
+    /// # Errors
+    /// [`BusError`].
+    pub fn modules(&mut self) -> Result<Option<(Vec<u16>, Directory)>, BusError> {
+        let Layout::Inline { data: Place { table, .. } } = self.core.address.layout else { return Ok(None) };
+        self.block(async |core, deadline| {
+            core.connect(deadline).await?;
+            let described = core.described(table, deadline).await;
+            let described = core.checked(described)?;
+            let directory = Directory::parse(&described, reading(table))?;
+            Ok(Some((described, directory)))
+        })
+    }
+
     fn block<T>(
         &mut self,
         work: impl AsyncFnOnce(&mut Core, Deadline) -> Result<T, BusError>,
@@ -283,14 +299,18 @@ impl Core {
             let Layout::Inline { data: Place { table, .. } } = self.address.layout else {
                 return Err(BusError::NoEncoder { position: 0, encoders: 0 });
             };
-            // The first module with it: a single register is asked for by the marker of a serial line alone.
-            let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
-            let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
-            let described = Place { table, first: MODULES + 1 };
-            let registers = self.read(described, count.into(), deadline).await?;
+            let registers = self.described(table, deadline).await?;
             self.directory = Some(Directory::parse(&registers, reading(table))?);
         }
         self.directory.as_ref().ok_or(BusError::NoEncoder { position: 0, encoders: 0 })
+    }
+
+    /// The registers with which an Inline coupler describes its modules.
+    async fn described(&mut self, table: Table, deadline: Deadline) -> Result<Vec<u16>, BusError> {
+        // The first module with it: a single register is asked for by the marker of a serial line alone.
+        let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
+        let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
+        self.read(Place { table, first: MODULES + 1 }, count.into(), deadline).await
     }
 
     /// Reads any number of registers, a request for as many as one may have.

@@ -21,7 +21,39 @@ impl Default for CycleTime {
     }
 }
 
+/// The most remote bus devices of a ring; the formula counts these.
+pub const REMOTE_DEVICES_MAX: u32 = 254;
+
+/// The longest remote bus in metres.
+pub const CABLE_M_MAX: u32 = 12_800;
+
+/// The terms of the formula.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Terms {
+    /// `13 * (6 + n)` bits: loopback word, data, check word and end word.
+    pub telegrams: Duration,
+    /// `1.5 * m` bits: what the devices delay.
+    pub devices: Duration,
+    /// The master's software time.
+    pub software: Duration,
+    /// What the cable delays.
+    pub cable: Duration,
+}
+
 impl CycleTime {
+    /// The terms of [`CycleTime::of`].
+    #[must_use]
+    pub const fn terms(&self, bytes: u32, devices: u32) -> Terms {
+        let bit = self.bit.as_nanos();
+        let telegram_bits = TELEGRAM_BITS * (FRAME_BYTES + bytes as u64);
+        Terms {
+            telegrams: Duration::from_nanos(telegram_bits.saturating_mul(bit)),
+            devices: Duration::from_nanos((3 * devices as u64).saturating_mul(bit) / 2),
+            software: self.software,
+            cable: Duration::from_nanos(CABLE_NS_PER_M * self.cable_m as u64),
+        }
+    }
+
     /// The cycle of a ring with `devices` remote bus devices that hold `bytes` bytes of user data together.
     #[must_use]
     pub const fn of(&self, bytes: u32, devices: u32) -> Duration {
@@ -56,6 +88,18 @@ mod tests {
         let fast = CycleTime { bit: BIT_2M, ..slow };
         assert_eq!(fast.of(4, 1), Duration::from_nanos(265_750));
         assert_eq!(slow.of_encoders(3), slow.of(12, 3));
+    }
+
+    #[test]
+    fn the_terms_are_the_cycle() {
+        for bit in [BIT_500K, BIT_2M] {
+            let cycle = CycleTime { bit, cable_m: 1_234, ..CycleTime::default() };
+            for (bytes, devices) in [(0, 0), (4, 1), (12, 3), (512, 128), (510, REMOTE_DEVICES_MAX)] {
+                let Terms { telegrams, devices: delay, software, cable } = cycle.terms(bytes, devices);
+                let sum = [telegrams, delay, software, cable].map(Duration::as_nanos).iter().sum();
+                assert_eq!(cycle.of(bytes, devices), Duration::from_nanos(sum));
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! What a master says of its ring: the diagnostic status register, the diagnostic parameter and counters.
 
+use core::fmt;
+
 use crate::profile::{DEVICES_MAX, QUALITY_CYCLES, QUALITY_FAULTY};
 
 /// Bits of the diagnostic status register.
@@ -38,6 +40,51 @@ pub mod status {
     pub const SS_INFO: u16 = 0x8000;
 }
 
+/// The bits of the diagnostic status register from the highest down, with their names.
+pub const STATUS_BITS: [(u16, &str); 16] = [
+    (status::SS_INFO, "SS_INFO"),
+    (status::QUALITY, "QUALITY"),
+    (status::WARN, "WARN"),
+    (status::DC_RESULT, "DC_RESULT"),
+    (status::SY_RESULT, "SY_RESULT"),
+    (status::RESULT, "RESULT"),
+    (status::BASP, "BASP"),
+    (status::BSA, "BSA"),
+    (status::READY, "READY"),
+    (status::ACTIVE, "ACTIVE"),
+    (status::RUN, "RUN"),
+    (status::DETECT, "DETECT"),
+    (status::CTRL, "CTRL"),
+    (status::BUS, "BUS"),
+    (status::PF, "PF"),
+    (status::USER, "USER"),
+];
+
+/// The names of the bits that are set in a diagnostic status register.
+pub fn names(status: u16) -> impl Iterator<Item = &'static str> {
+    STATUS_BITS.into_iter().filter(move |(bit, _)| status & bit != 0).map(|(_, name)| name)
+}
+
+/// A diagnostic parameter as a sentence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter(pub u16);
+
+impl fmt::Display for Parameter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            0 => f.write_str("nothing to tell"),
+            PERIPHERAL_FAULT => f.write_str("a module reports a peripheral fault"),
+            SEARCHING => f.write_str("the fault is looked for, the outputs are reset"),
+            NOTHING_FOUND => f.write_str("the bus failed, and no place was found"),
+            other => match (other >> 8, other as u8) {
+                (0, INTERFACE_BYTE) => f.write_str("the master's outgoing interface"),
+                (device, INTERFACE_BYTE) => write!(f, "the outgoing interface of device {device}.0"),
+                (device, position) => write!(f, "device {device}.{position}"),
+            },
+        }
+    }
+}
+
 /// Parameter: a module reports a peripheral fault.
 pub const PERIPHERAL_FAULT: u16 = 0x0BB1;
 /// Parameter: the master looks for the fault, and the outputs are reset.
@@ -47,6 +94,7 @@ pub const NOTHING_FOUND: u16 = 0x0BE1;
 
 /// The low byte of a parameter: the fault is at an interface, at that of the outgoing remote bus.
 pub const INTERFACE: u16 = 0x80;
+const INTERFACE_BYTE: u8 = INTERFACE as u8;
 
 /// Where the ring is at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,6 +121,26 @@ impl Place {
             Self::Break(segment) => number(segment) | INTERFACE,
             Self::Device(position) => number(position + 1),
             Self::Nowhere => NOTHING_FOUND,
+        }
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Segment(0) => f.write_str("telegrams are bad on segment 0, behind the master"),
+            Self::Segment(segment) => {
+                write!(f, "telegrams are bad on segment {segment}, behind device {segment}.0")
+            }
+            Self::Break(0) | Self::Nowhere => {
+                f.write_str("nobody answers: the way out of the master or the way home is broken")
+            }
+            Self::Break(segment) => {
+                write!(f, "the ring ends behind device {segment}.0: nobody answers on segment {segment}")
+            }
+            Self::Device(position) => {
+                write!(f, "device {}.0 is not the one that was configured", position + 1)
+            }
         }
     }
 }
@@ -185,6 +253,31 @@ mod tests {
         assert_eq!(Place::Break(2).parameter(3), 0x0280);
         assert_eq!(Place::Device(1).parameter(3), 0x0200);
         assert_eq!(Place::Nowhere.parameter(3), 0x0BE1);
+    }
+
+    extern crate std;
+    use std::string::ToString;
+
+    #[test]
+    fn registers_are_told_in_words() {
+        assert_eq!(names(0x00E0).collect::<std::vec::Vec<_>>(), ["READY", "ACTIVE", "RUN"]);
+        assert_eq!(STATUS_BITS.iter().fold(0, |all, (bit, _)| all | bit), 0xFFFF);
+        for (parameter, told) in [
+            (0, "nothing to tell"),
+            (0x0301, "device 3.1"),
+            (0x0080, "the master's outgoing interface"),
+            (0x0280, "the outgoing interface of device 2.0"),
+            (PERIPHERAL_FAULT, "a module reports a peripheral fault"),
+            (SEARCHING, "the fault is looked for, the outputs are reset"),
+            (NOTHING_FOUND, "the bus failed, and no place was found"),
+        ] {
+            assert_eq!(Parameter(parameter).to_string(), told);
+        }
+        assert_eq!(
+            Place::Break(2).to_string(),
+            "the ring ends behind device 2.0: nobody answers on segment 2"
+        );
+        assert_eq!(Place::Device(2).to_string(), "device 3.0 is not the one that was configured");
     }
 
     #[test]

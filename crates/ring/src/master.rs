@@ -99,6 +99,8 @@ pub struct Master {
     module_fault: bool,
     dc_result: bool,
     place: Option<Place>,
+    /// What a device showed that did not fit, while the place is there.
+    other: Option<Ident>,
     counts: Counts,
 }
 
@@ -123,6 +125,7 @@ impl Master {
             module_fault: false,
             dc_result: false,
             place: None,
+            other: None,
             counts: Counts::default(),
         }
     }
@@ -219,6 +222,18 @@ impl Master {
     #[must_use]
     pub fn found(&self, position: usize) -> Option<Ident> {
         self.found.ident(position)
+    }
+
+    /// What the device showed that does not fit the configuration, if [`Master::place`] is such a one.
+    #[must_use]
+    pub fn other(&self) -> Option<Ident> {
+        self.other.filter(|_| matches!(self.place, Some(Place::Device(_))))
+    }
+
+    /// `true` from the stop of the bus until the ring is open again.
+    #[must_use]
+    pub const fn is_searching(&self) -> bool {
+        self.searching
     }
 
     /// The OUT bytes of a device, to be changed; they go out with the next data cycle.
@@ -498,6 +513,7 @@ impl Master {
         let expected = self.configuration.as_ref().map(|table| table.ident(position));
         let fits = expected.is_none_or(|expected| expected == Some(ident.identity()));
         if !fits || self.found.push(ident, position + 1).is_err() {
+            self.other = Some(ident.identity());
             self.fail(Place::Device(position));
             return;
         }

@@ -9,6 +9,7 @@ pub mod memory;
 pub mod motion;
 pub mod node;
 pub mod replay;
+pub mod scan;
 pub mod scenario;
 pub mod state;
 pub mod waveform;

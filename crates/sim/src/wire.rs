@@ -143,6 +143,23 @@ impl Wire {
         }
     }
 
+    /// The master opens the ring anew with ID cycles, as far as it can. The word level has nothing to open.
+    pub(crate) fn open_anew(&mut self) {
+        if let Self::Bit(wire) = self {
+            let master = wire.ring.master_mut();
+            master.activate();
+            // It was activated a moment ago.
+            let _ = master.start();
+        }
+    }
+
+    /// The master sends nothing any more. The word level goes on.
+    pub(crate) fn stop(&mut self) {
+        if let Self::Bit(wire) = self {
+            wire.ring.master_mut().alarm_stop();
+        }
+    }
+
     /// A device that lost its supply has forgotten what it took.
     pub(crate) fn power_off(&mut self, position: usize) {
         match self {

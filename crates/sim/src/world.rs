@@ -211,6 +211,16 @@ impl World {
         }
     }
 
+    /// Has the master send nothing any more, until [`World::open_anew`]. Nothing happens at word level.
+    pub fn stop_ring(&mut self) {
+        self.ring.stop();
+    }
+
+    /// Has the master open the ring anew with ID cycles, from the next slot on. Nothing happens at word level.
+    pub fn open_anew(&mut self) {
+        self.ring.open_anew();
+    }
+
     /// Runs one data cycle. `out` and `input` have one word for each encoder; `input` is changed only by a cycle
     /// that was good throughout.
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {

@@ -280,7 +280,10 @@ impl Running {
             cycled
         });
         self.verdict = cycled.verdict;
-        self.events.cycled(cycled.at, cycled.verdict);
+        match self.world.ring().master() {
+            Some(master) => self.events.slot(cycled.at, cycled.verdict, master),
+            None => self.events.cycled(cycled.at, cycled.verdict),
+        }
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
         self.keep_exchanges();

@@ -6,6 +6,7 @@ mod json;
 mod master;
 mod program;
 mod replay;
+mod ring;
 
 use std::io::Write;
 use std::process::{Command, Stdio};

@@ -18,6 +18,8 @@ fn every_command_explains_itself_with_examples() {
         "probe",
         "watch",
         "log",
+        "scan",
+        "ring",
         "completions",
     ] {
         let Run { code, out, err } = encoring(&[command, "--help"], b"");

@@ -1,0 +1,76 @@
+//! `encoring scan`: what is on the ring, as its master finds it.
+
+use clap::Args;
+use encoring_modbus::Client;
+use encoring_modbus::address::Layout;
+use encoring_modbus::inline::DATA;
+use encoring_ring::diagnostics::Place;
+use encoring_sim::scan::scan;
+
+use crate::arguments::fault::{self, FaultArgument};
+use crate::bus::{gateway, simulated_ring};
+use crate::output::{Answer, Failure, Format, bad_input, print};
+
+mod view;
+
+use view::ScanView;
+
+/// List the devices of a ring: identification, length, words, lamps, and where the ring ends
+///
+/// A simulated ring is opened device by device with ID cycles, at bit level whatever the scenario says, after what
+/// happens in its first cycle. An Inline coupler is asked for its directory. A plain Modbus gateway cannot tell.
+/// Nothing is written to any encoder.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 all was found as it is configured; 1 the ring ends early, or another
+device is there; 2 bad usage; 3 no answer, or the gateway does not tell.
+
+Examples:
+  encoring scan --bus sim
+  encoring scan --bus sim --fault jumper:1
+  encoring scan --bus 'modbus-tcp://192.168.1.10?layout=inline' --format json")]
+pub(crate) struct Arguments {
+    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
+    #[arg(long, value_name = "ADDRESS")]
+    bus: String,
+    /// On a simulated ring, a fault beside what the scenario has, as of sim --fault; may be repeated
+    #[arg(long = "fault", value_name = "FAULT")]
+    faults: Vec<FaultArgument>,
+    /// Text for people, or one JSON object for programs (docs/json.md)
+    #[arg(long, default_value = "text")]
+    format: Format,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let address = arguments.bus.as_str();
+    if let Some(mut scenario) = simulated_ring(address)? {
+        scenario.level = encoring_sim::Level::Bit;
+        fault::add(&arguments.faults, &mut scenario)?;
+        let found = scan(&scenario).map_err(bad_input)?;
+        print(arguments.format, &ScanView::of_ring(address, &found))?;
+        return Ok(match found.place {
+            None if found.is_whole() => Answer::Yes,
+            Some(Place::Nowhere) => Answer::Unknown,
+            _ => Answer::No,
+        });
+    }
+    if !arguments.faults.is_empty() {
+        return Err(bad_input("--fault is for simulated rings"));
+    }
+    let mut client = Client::new(gateway(address)?)?;
+    let modules = client.modules().map_err(|error| Failure::NoAnswer(format!("{address}: {error}")))?;
+    let Some((described, directory)) = modules else {
+        let way = address.split_once('?').map_or(address, |(way, _)| way);
+        return Err(Failure::NoAnswer(format!(
+            "{address}: a gateway that shows plain registers does not tell what is on its ring; \
+             `encoring probe {way}` looks for encoders in its registers, and an Inline coupler tells with \
+             '{way}?layout=inline'"
+        )));
+    };
+    let data = match client.address().layout {
+        Layout::Inline { data } => data.first,
+        Layout::Plain { .. } => DATA.first,
+    };
+    print(arguments.format, &ScanView::of_coupler(address, data, &described, &directory))?;
+    Ok(Answer::Yes)
+}
