@@ -470,6 +470,8 @@ fn faults_of_devices_end_with_their_time_at_word_level_too() {
             "30.465 ms: bad check words on segment 0",
             "31.819 ms: the ring is whole again",
             "stopped after 40.62 ms on the ring: 60 cycles, 17 faulty, 0 dropped",
+            "faulty cycles on segment 0: 2",
+            "faulty cycles on segment 2: 15",
         ]
     );
 }

@@ -250,8 +250,10 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     pub fn shortest(&self) -> Duration {
         let slaves = self.slaves.as_ref();
         let bytes = slaves.iter().map(Slave::bytes).sum();
-        let pause = STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME);
-        let bits = frame_bits(bytes) + u64::from(DEVICE_DELAY_BITS) * slaves.len() as u64 + pause;
+        let delay = u64::from(DEVICE_DELAY_BITS) * slaves.len() as u64;
+        // The pause is filled with whole status telegrams.
+        let pause = (delay + STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME)).next_multiple_of(STATUS_BITS);
+        let bits = frame_bits(bytes) + pause;
         Duration::from_nanos(bits.saturating_mul(self.bit.as_nanos()))
     }
 

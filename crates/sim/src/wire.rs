@@ -69,6 +69,15 @@ impl Wire {
         }
     }
 
+    /// The least time of a cycle. At bit level the telegrams, the delays of whole bits [A4] and the status telegrams
+    /// before each frame [A5] must fit into it, however short the master's software time is.
+    pub(crate) fn shortest_cycle(&self) -> Duration {
+        match self {
+            Self::Word(_) => Duration::ZERO,
+            Self::Bit(wire) => wire.ring.shortest(),
+        }
+    }
+
     /// The OUT word that the device at `position` holds at `now`. The bit level knows the present only.
     #[must_use]
     pub fn out_word(&self, position: usize, now: Instant) -> OutWord {

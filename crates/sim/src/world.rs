@@ -100,10 +100,11 @@ impl World {
             chip: Chip::Running,
             jumper: Jumper::Closed,
         });
+        let ring = Wire::new(scenario.level, encoders, &scenario.cycle_time, scenario.seed);
         Ok(Self {
             now: Instant::ZERO,
-            cycle_time: scenario.cycle_time.of_encoders(encoders as u32),
-            ring: Wire::new(scenario.level, encoders, &scenario.cycle_time, scenario.seed),
+            cycle_time: scenario.cycle_time.of_encoders(encoders as u32).max(ring.shortest_cycle()),
+            ring,
             places: places.collect(),
             answers: vec![None; encoders],
             events: scenario.events.clone(),

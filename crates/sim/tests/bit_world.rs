@@ -35,6 +35,25 @@ fn without_a_fault_both_levels_are_the_same_to_every_exchange() {
 }
 
 #[test]
+fn a_cycle_of_bits_is_never_shorter_than_its_frame() {
+    let text = three([1_000, 2_000, 3_000]);
+    let hurried = |level: &str| {
+        Ring::new(&format!("{text}[ring]\nsoftware_us = 0\nlevel = \"{level}\"\n")).world.cycle_time()
+    };
+    // 13 * (6 + 12) bits and 1.5 for each device.
+    assert_eq!(hurried("word").as_nanos(), 477_000);
+    let mut ring = Ring::new(&format!("{text}[ring]\nsoftware_us = 0\nlevel = \"bit\"\n"));
+    assert!(hurried("bit") > hurried("word"));
+    let sent = |ring: &Ring| ring.world.ring().bits().unwrap().sent();
+    // The ring was opened before time began.
+    let opened = sent(&ring);
+    ring.cycles(1_000);
+    let line_ns = (sent(&ring) - opened) * 2_000;
+    let behind = ring.world.now().as_nanos().abs_diff(line_ns);
+    assert!(behind < 20_000, "the line keeps the world's time: {behind} ns apart");
+}
+
+#[test]
 fn a_silent_segment_stops_the_bus_and_it_comes_back_by_itself() {
     let events = line(50.0, 2, "silent", 200.0);
     let mut ring = bits(&format!("{}{events}", three([1_000, 2_000, 3_000])));
