@@ -438,6 +438,7 @@ fn a_broken_cable_is_searched_and_its_place_told() {
              (parameter 0280)",
             "310.743 ms: the ring is whole again",
             "stopped after 400.107 ms on the ring: 591 cycles, 311 faulty, 0 dropped",
+            "faulty cycles on segment 2: 1",
         ]
     );
 }

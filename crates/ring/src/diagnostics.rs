@@ -155,8 +155,8 @@ pub struct Counts {
     /// Searches begun.
     pub searches: u64,
     segments: [u32; DEVICES_MAX + 1],
-    /// Silent cycles in a row: where, only a search can tell.
-    silent: u32,
+    /// Faulty cycles in a row whose place only an ID cycle or a search can tell.
+    unplaced: u32,
     window_cycles: u32,
     window_faulty: u32,
     poor: bool,
@@ -169,7 +169,7 @@ impl Default for Counts {
             faulty: 0,
             searches: 0,
             segments: [0; DEVICES_MAX + 1],
-            silent: 0,
+            unplaced: 0,
             window_cycles: 0,
             window_faulty: 0,
             poor: false,
@@ -197,7 +197,7 @@ impl Counts {
 
     pub(crate) const fn good(&mut self) {
         self.cycles += 1;
-        self.silent = 0;
+        self.unplaced = 0;
         self.turn_window();
     }
 
@@ -208,20 +208,20 @@ impl Counts {
         self.turn_window();
     }
 
-    /// A faulty cycle that did not come home.
-    pub(crate) const fn silent(&mut self) {
+    /// A faulty cycle that did not come home, or whose end word did not.
+    pub(crate) const fn without_place(&mut self) {
         self.bad();
-        self.silent = self.silent.saturating_add(1);
+        self.unplaced = self.unplaced.saturating_add(1);
     }
 
     pub(crate) fn located(&mut self, segment: usize) {
         self.add(segment, 1);
     }
 
-    /// A search has found where the silent cycles broke off.
+    /// An ID cycle or a search has found where the cycles without a place were spoilt.
     pub(crate) fn found(&mut self, segment: usize) {
-        let silent = core::mem::take(&mut self.silent);
-        self.add(segment, silent);
+        let unplaced = core::mem::take(&mut self.unplaced);
+        self.add(segment, unplaced);
     }
 
     fn add(&mut self, segment: usize, cycles: u32) {
@@ -281,12 +281,12 @@ mod tests {
     }
 
     #[test]
-    fn silent_cycles_count_on_a_segment_once_a_search_has_found_it() {
+    fn cycles_without_a_place_count_on_a_segment_once_it_is_found() {
         let mut counts = Counts::default();
-        counts.silent();
+        counts.without_place();
         counts.good();
         for _ in 0..3 {
-            counts.silent();
+            counts.without_place();
         }
         assert!(counts.segments().all(|count| count == 0));
         counts.found(2);

@@ -412,10 +412,10 @@ impl Master {
                 self.place = Some(Place::Segment(segment));
             }
             Home::Bad(None) => {
-                self.counts.bad();
+                self.counts.without_place();
                 self.job = Job::Locate;
             }
-            Home::Silent => self.counts.silent(),
+            Home::Silent => self.counts.without_place(),
         }
         self.faulty = self.faulty.saturating_add(1);
         if self.faulty >= STOP_AFTER {
@@ -447,7 +447,7 @@ impl Master {
             self.job = Job::Data;
             // If no device saw it, it was on the way home.
             let segment = first.unwrap_or(self.devices);
-            self.counts.located(segment);
+            self.counts.found(segment);
             self.place = Some(Place::Segment(segment));
         }
     }
