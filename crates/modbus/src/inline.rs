@@ -11,6 +11,7 @@
 //!
 //! The server's [`Layout::Inline`](crate::registers::Layout) shows a ring in the same way.
 
+use encoring_ring::ident::LENGTHS;
 use encoring_station::BusError;
 use encoring_station::bus::Garbled;
 
@@ -51,29 +52,9 @@ pub struct Offsets {
 
 /// How many registers the data of a module with this length code take; `None` if the code is reserved.
 #[must_use]
-pub const fn words(length_code: u8) -> Option<u16> {
-    Some(match length_code {
-        0x00 => 0,
-        // A nibble, a byte and two bits are less than a word.
-        0x01 | 0x08 | 0x09 | 0x0D => 1,
-        // Three bytes.
-        0x02 | 0x0B => 2,
-        0x03 => 3,
-        0x04 => 4,
-        0x05 => 5,
-        0x0E => 6,
-        0x0F => 7,
-        0x06 => 8,
-        0x07 => 9,
-        0x15 => 10,
-        0x16 => 12,
-        0x17 => 14,
-        0x12 => 16,
-        0x13 => 24,
-        0x11 => 26,
-        0x14 => 32,
-        _ => return None,
-    })
+pub fn words(length_code: u8) -> Option<u16> {
+    // What is less than a word takes a whole register.
+    LENGTHS.iter().find(|(code, _)| *code == length_code).map(|(_, bits)| bits.div_ceil(16))
 }
 
 impl Module {
