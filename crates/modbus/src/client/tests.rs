@@ -172,10 +172,10 @@ fn a_server_that_closed_between_two_calls_costs_no_error() {
     let server = Server::start(1, Options { idle, ..Options::default() });
     let mut client = server.client("");
     read(&mut client, 0, 1).unwrap();
-    // Until it has closed: the events tell.
+    // Until it has closed: the events tell. Far longer than its patience, so that it does not close in a call.
     let mut events = drained(&mut client);
     while events.len() < 3 {
-        client.wait(Duration::from_millis(20));
+        client.wait(Duration::from_millis(400));
         assert_eq!(read(&mut client, 0, 1).unwrap(), [0x8000_8001]);
         events.extend(drained(&mut client));
     }
