@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use cargo_metadata::{DependencyKind, MetadataCommand};
 
@@ -30,8 +30,19 @@ fn allowed() -> BTreeMap<String, BTreeSet<String>> {
     .collect()
 }
 
+/// Every file of Rust below a folder, as text.
+fn sources(folder: &Path) -> String {
+    let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let text = |path: PathBuf| match path.extension() {
+        _ if path.is_dir() => sources(&path),
+        Some(ending) if ending == "rs" => std::fs::read_to_string(path).unwrap(),
+        _ => String::new(),
+    };
+    entries.map(text).collect()
+}
+
 #[test]
-fn no_crate_depends_on_another_that_the_architecture_does_not_allow() {
+fn crates_depend_on_each_other_as_the_architecture_says_and_need_every_permission_that_it_gives() {
     let allowed = allowed();
     let metadata = MetadataCommand::new().manifest_path(root().join("Cargo.toml")).no_deps().exec().unwrap();
     let mut seen = BTreeSet::new();
@@ -43,8 +54,15 @@ fn no_crate_depends_on_another_that_the_architecture_does_not_allow() {
         assert_eq!(folder, name, "a package has the name of its folder");
         let may_use = allowed.get(name).unwrap_or_else(|| panic!("{name} has no row in ARCHITECTURE.md"));
         let edges = package.dependencies.iter().filter(|edge| edge.kind != DependencyKind::Build);
-        for edge in edges.filter_map(|edge| edge.name.strip_prefix(PREFIX)) {
-            assert!(may_use.contains(edge), "{name} -> {edge} is not in the table of ARCHITECTURE.md");
+        let edges: BTreeSet<&str> = edges.filter_map(|edge| edge.name.strip_prefix(PREFIX)).collect();
+        for edge in &edges {
+            assert!(may_use.contains(*edge), "{name} -> {edge} is not in the table of ARCHITECTURE.md");
+        }
+        let text = sources(package.manifest_path.parent().unwrap().as_std_path());
+        for permission in may_use {
+            assert!(edges.contains(permission.as_str()), "{name} has no use for {permission}, which it may use");
+            let path = format!("encoring_{}", permission.replace('-', "_"));
+            assert!(text.contains(&path), "no file of {name} names {path}");
         }
         seen.insert(name.to_owned());
     }
