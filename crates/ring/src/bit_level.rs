@@ -93,8 +93,8 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         let idents = idents.get(..devices).ok_or(ConfigurationError::Devices { devices })?;
         self.master.configure(idents)?;
         self.master.activate();
-        // It was activated a moment ago.
-        let _ = self.master.start();
+        let started = self.master.start();
+        debug_assert!(started.is_ok(), "it was activated a moment ago");
         for _ in 0..slots {
             if self.master.state() == State::Run {
                 break;

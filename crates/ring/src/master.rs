@@ -57,15 +57,24 @@ enum Job {
     /// Nothing: the line is silent.
     Rest,
     /// The line is silent until every device is in reset.
-    Silence { left: u64 },
-    /// An ID cycle that looks for so many devices, for the so-manieth time in vain.
-    Open { devices: usize, missing: u8, faulty: u8 },
+    Silence { left: u64, why: Why },
+    /// An ID cycle that looks for one device more, so often in vain: nobody answered, or what came home was bad.
+    Open { missing: u8, faulty: u8, why: Why },
     /// An ID cycle of the whole ring, because data cycles are not wanted.
     Identify,
     /// An ID cycle that asks who saw the last data cycle go bad.
     Locate,
     /// A data cycle.
     Data,
+}
+
+/// Why the ring is reset and opened device by device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Why {
+    /// The master was activated.
+    Activated,
+    /// The bus stopped, and the place of its fault is looked for.
+    Search,
 }
 
 /// What a slot puts on the line.
@@ -95,7 +104,6 @@ pub struct Master {
     receiver: Receiver,
     silence_bits: u64,
     faulty: u8,
-    searching: bool,
     module_fault: bool,
     dc_result: bool,
     place: Option<Place>,
@@ -121,7 +129,6 @@ impl Master {
             receiver: Receiver::new(),
             silence_bits: SILENCE.as_nanos().checked_div(bit.as_nanos()).unwrap_or_default(),
             faulty: 0,
-            searching: false,
             module_fault: false,
             dc_result: false,
             place: None,
@@ -148,8 +155,7 @@ impl Master {
     pub fn activate(&mut self) {
         self.wanted = State::Active;
         self.place = None;
-        self.search();
-        self.searching = false;
+        self.enter(self.silence(Why::Activated));
     }
 
     /// Lets data cycles run, as soon as the ring is open.
@@ -162,7 +168,7 @@ impl Master {
         }
         self.wanted = State::Run;
         if self.job == Job::Identify {
-            self.job = Job::Data;
+            self.enter(Job::Data);
         }
         Ok(())
     }
@@ -177,7 +183,7 @@ impl Master {
         }
         self.wanted = State::Active;
         if matches!(self.job, Job::Data | Job::Locate) {
-            self.job = Job::Identify;
+            self.enter(Job::Identify);
         }
         Ok(())
     }
@@ -185,8 +191,7 @@ impl Master {
     /// Sends nothing any more: every device goes to reset and its outputs to 0.
     pub fn alarm_stop(&mut self) {
         self.wanted = State::Ready;
-        self.job = Job::Rest;
-        self.searching = false;
+        self.enter(Job::Rest);
         self.out = [0; DATA_BYTES_MAX];
     }
 
@@ -233,7 +238,7 @@ impl Master {
     /// `true` from the stop of the bus until the ring is open again.
     #[must_use]
     pub const fn is_searching(&self) -> bool {
-        self.searching
+        matches!(self.job, Job::Silence { why: Why::Search, .. } | Job::Open { why: Why::Search, .. })
     }
 
     /// The OUT bytes of a device, to be changed; they go out with the next data cycle.
@@ -268,10 +273,10 @@ impl Master {
             State::Active => status::READY | status::ACTIVE,
             State::Run => status::READY | status::ACTIVE | status::RUN,
         };
-        let broken = self.searching || self.devices < self.table().devices && self.state() == State::Run;
+        let broken = self.is_searching() || self.devices < self.table().devices && self.state() == State::Run;
         let when = |condition: bool, bit: u16| if condition { bit } else { 0 };
         state
-            | when(self.searching, status::DETECT)
+            | when(self.is_searching(), status::DETECT)
             | when(broken && self.place.is_some(), status::BUS)
             | when(matches!(self.place, Some(Place::Device(_))), status::USER)
             | when(self.module_fault, status::PF)
@@ -284,7 +289,7 @@ impl Master {
     pub fn parameter(&self) -> u16 {
         match self.place {
             Some(place) => place.parameter(self.table().devices),
-            None if self.searching => SEARCHING,
+            None if self.is_searching() => SEARCHING,
             None if self.module_fault => PERIPHERAL_FAULT,
             None => 0,
         }
@@ -302,7 +307,7 @@ impl Master {
     pub fn begin(&mut self) -> Slot {
         match self.job {
             Job::Rest | Job::Silence { .. } => return Slot::Silent,
-            Job::Open { devices, .. } => self.compose_id(devices, Outgoing::On),
+            Job::Open { .. } => self.compose_id(self.devices + 1, Outgoing::On),
             Job::Identify | Job::Locate => self.compose_id(self.devices, Outgoing::Off),
             Job::Data => self.compose_data(),
         }
@@ -362,13 +367,16 @@ impl Master {
     pub fn end(&mut self, bits: u64) -> Ended {
         match self.job {
             Job::Rest => Ended::Idle,
-            Job::Silence { left } => {
-                let left = left.saturating_sub(bits);
-                self.job = if left > 0 { Job::Silence { left } } else { self.open_from_front() };
+            Job::Silence { left, why } => {
+                if left > bits {
+                    self.job = Job::Silence { left: left - bits, why };
+                } else {
+                    self.open_from_front(why);
+                }
                 Ended::Idle
             }
-            Job::Open { devices, missing, faulty } => {
-                self.end_open(devices, missing, faulty);
+            Job::Open { missing, faulty, why } => {
+                self.end_open(missing, faulty, why);
                 Ended::Id
             }
             Job::Identify | Job::Locate => {
@@ -377,6 +385,20 @@ impl Master {
             }
             Job::Data => self.end_data(),
         }
+    }
+
+    /// Goes over to a job, with what its beginning does.
+    fn enter(&mut self, job: Job) {
+        if let Job::Silence { .. } = job {
+            self.counts.searches += u64::from(!self.is_searching());
+            self.faulty = 0;
+        }
+        self.job = job;
+    }
+
+    /// The reset of the ring that comes before it is opened.
+    const fn silence(&self, why: Why) -> Job {
+        Job::Silence { left: self.silence_bits, why }
     }
 
     fn end_data(&mut self) -> Ended {
@@ -413,13 +435,13 @@ impl Master {
             }
             Home::Bad(None) => {
                 self.counts.without_place();
-                self.job = Job::Locate;
+                self.enter(Job::Locate);
             }
             Home::Silent => self.counts.without_place(),
         }
         self.faulty = self.faulty.saturating_add(1);
         if self.faulty >= STOP_AFTER {
-            self.search();
+            self.enter(self.silence(Why::Search));
         }
         Ended::Faulty
     }
@@ -430,21 +452,21 @@ impl Master {
         if !intact {
             self.faulty = self.faulty.saturating_add(1);
             if self.faulty >= STOP_AFTER {
-                self.search();
+                self.enter(self.silence(Why::Search));
             }
             return;
         }
         self.module_fault = false;
         let mut first = None;
         for position in 0..self.devices {
-            let ident = Ident(self.receiver.word(self.devices - 1 - position).unwrap_or_default());
+            let ident = self.shown(self.devices - 1 - position);
             self.module_fault |= ident.0 & MESSAGE_MODULE != 0;
             if ident.0 & MESSAGE_CRC != 0 && first.is_none() {
                 first = Some(position);
             }
         }
         if self.job == Job::Locate {
-            self.job = Job::Data;
+            self.enter(Job::Data);
             // If no device saw it, it was on the way home.
             let segment = first.unwrap_or(self.devices);
             self.counts.found(segment);
@@ -452,63 +474,63 @@ impl Master {
         }
     }
 
-    /// Stops the bus and looks at it from the front.
-    fn search(&mut self) {
-        self.counts.searches += u64::from(!self.searching);
-        self.searching = true;
-        self.faulty = 0;
-        self.job = Job::Silence { left: self.silence_bits };
+    /// What a device showed in a good ID cycle, by its word: the last device comes first.
+    fn shown(&self, word: usize) -> Ident {
+        let shown = self.receiver.word(word);
+        debug_assert!(shown.is_some(), "a good frame is as long as it was sent, and word {word} was");
+        Ident(shown.unwrap_or_default())
     }
 
-    fn open_from_front(&mut self) -> Job {
+    fn open_from_front(&mut self, why: Why) {
         self.found = Table::EMPTY;
         self.devices = 0;
         self.module_fault = false;
-        if self.limit() == 0 {
-            return self.opened();
-        }
-        Job::Open { devices: 1, missing: 0, faulty: 0 }
+        self.open_further(why);
     }
 
-    fn end_open(&mut self, devices: usize, missing: u8, faulty: u8) {
+    /// Looks for one device more, if there is to be one.
+    fn open_further(&mut self, why: Why) {
+        if self.devices >= self.limit() {
+            self.opened();
+        } else {
+            self.enter(Job::Open { missing: 0, faulty: 0, why });
+        }
+    }
+
+    fn end_open(&mut self, missing: u8, faulty: u8, why: Why) {
+        let known = self.devices;
+        let devices = known + 1;
         let home = self.receiver.judge(Cycle::Id, self.sender.length(), devices);
-        let known = devices - 1;
         let ends_at = |words| self.receiver.word(words) == Some(LOOPBACK);
         match home {
-            Home::Good if ends_at(devices) => self.take_in(known),
+            Home::Good if ends_at(devices) => self.take_in(known, why),
             // Nobody is behind the last one, and nobody is expected.
             Home::Good if ends_at(known) && self.configuration.is_none() && known > 0 => {
-                self.job = self.opened();
+                self.opened();
+            }
+            Home::Silent | Home::Good if missing + 1 < ID_TRIES => {
+                self.enter(Job::Open { missing: missing + 1, faulty, why });
             }
             Home::Silent | Home::Good => {
-                if missing + 1 < ID_TRIES {
-                    self.job = Job::Open { devices, missing: missing + 1, faulty };
-                } else {
-                    self.fail(if known == 0 { Place::Nowhere } else { Place::Break(known) });
-                }
+                self.fail(if known == 0 { Place::Nowhere } else { Place::Break(known) });
             }
-            Home::Bad(place) => {
-                if faulty + 1 < STOP_AFTER {
-                    self.job = Job::Open { devices, missing, faulty: faulty + 1 };
-                } else {
-                    self.fail(match place {
-                        // What leads home is the same segment however far the ring is open.
-                        Some(segment) if segment >= devices => {
-                            Place::Segment(self.table().devices.max(segment))
-                        }
-                        Some(segment) => Place::Segment(segment),
-                        // As far as the ring was open before, it was good.
-                        None if known > 0 => Place::Segment(known),
-                        None => Place::Nowhere,
-                    });
-                }
+            Home::Bad(_) if faulty + 1 < STOP_AFTER => {
+                self.enter(Job::Open { missing, faulty: faulty + 1, why });
             }
+            Home::Bad(place) => self.fail(match place {
+                // What leads home is the same segment however far the ring is open.
+                Some(segment) if segment >= devices => Place::Segment(self.table().devices.max(segment)),
+                Some(segment) => Place::Segment(segment),
+                // As far as the ring was open before, it was good.
+                None if known > 0 => Place::Segment(known),
+                None => Place::Nowhere,
+            }),
         }
     }
 
     /// A further device answers.
-    fn take_in(&mut self, position: usize) {
-        let ident = Ident(self.receiver.word(0).unwrap_or_default());
+    fn take_in(&mut self, position: usize, why: Why) {
+        let ident = self.shown(0);
         self.module_fault |= ident.0 & MESSAGE_MODULE != 0;
         let expected = self.configuration.as_ref().map(|table| table.ident(position));
         let fits = expected.is_none_or(|expected| expected == Some(ident.identity()));
@@ -518,25 +540,20 @@ impl Master {
             return;
         }
         self.devices = position + 1;
-        self.job = if self.devices >= self.limit() {
-            self.opened()
-        } else {
-            Job::Open { devices: self.devices + 1, missing: 0, faulty: 0 }
-        };
+        self.open_further(why);
     }
 
     /// The ring is open as far as it goes.
-    fn opened(&mut self) -> Job {
-        self.searching = false;
-        self.faulty = 0;
+    fn opened(&mut self) {
+        debug_assert!(self.wanted != State::Ready, "who wants nothing opens no ring");
         if self.configuration.is_none() {
             self.configuration = Some(self.found.clone());
         }
-        match self.wanted {
+        self.enter(match self.wanted {
             State::Run => Job::Data,
             State::Active => Job::Identify,
             State::Ready => Job::Rest,
-        }
+        });
     }
 
     /// A place was found at which the ring cannot be opened further.
@@ -545,7 +562,7 @@ impl Master {
         if let Place::Segment(segment) | Place::Break(segment) = place {
             self.counts.found(segment);
         }
-        self.search();
+        self.enter(self.silence(Why::Search));
     }
 }
 

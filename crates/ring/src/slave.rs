@@ -146,6 +146,7 @@ struct Register {
 
 impl Register {
     fn load(&mut self, from: &[u8]) {
+        debug_assert!(from.len() <= DEVICE_BYTES_MAX, "no length code gives {} bytes", from.len());
         self.length = from.len().min(DEVICE_BYTES_MAX) as u8;
         self.at = 0;
         for (byte, loaded) in self.bytes.iter_mut().zip(from) {
@@ -171,6 +172,7 @@ impl Register {
     /// The bytes, the oldest first.
     fn bytes(&self) -> impl Iterator<Item = u8> {
         let all = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
+        debug_assert!(usize::from(self.at) <= all.len(), "it begins anew at its end");
         let (young, old) = all.split_at_checked(usize::from(self.at)).unwrap_or((all, &[]));
         old.iter().chain(young).copied()
     }

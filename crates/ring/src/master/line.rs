@@ -75,6 +75,7 @@ impl Sender {
     }
 
     pub(super) fn byte(&mut self, byte: u8) {
+        debug_assert!(self.length < PHASE_BYTES_MAX, "a table holds no more than a ring can have");
         if let Some(place) = self.bytes.get_mut(self.length) {
             *place = byte;
             self.length += 1;
