@@ -60,7 +60,10 @@ fn crates_depend_on_each_other_as_the_architecture_says_and_need_every_permissio
         }
         let text = sources(package.manifest_path.parent().unwrap().as_std_path());
         for permission in may_use {
-            assert!(edges.contains(permission.as_str()), "{name} has no use for {permission}, which it may use");
+            assert!(
+                edges.contains(permission.as_str()),
+                "{name} has no use for {permission}, which it may use"
+            );
             let path = format!("encoring_{}", permission.replace('-', "_"));
             assert!(text.contains(&path), "no file of {name} names {path}");
         }

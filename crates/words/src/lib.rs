@@ -10,6 +10,7 @@ pub mod gray;
 pub mod model;
 pub mod parameter;
 pub mod service;
+pub mod sheet;
 pub mod ssi_frame;
 pub mod status;
 pub mod time;

@@ -2,8 +2,9 @@
 
 use core::num::NonZeroU32;
 
-use encoring_words::model::{Mechanics, Sensor};
+use encoring_words::model::Sensor;
 use encoring_words::parameter::{Code, OutOfRange, Parameter};
+use encoring_words::sheet::Mechanics;
 use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, ErrorStatus, Model, ParameterSet};
 
