@@ -8,11 +8,11 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration as Real, Instant as Clock};
 
+use encoring_bus::{Bus, Master};
 use encoring_host::service::read;
 use encoring_modbus::{Address, Client, Counters};
 use encoring_sim::{Scenario, World};
-use encoring_station::bus::Bus;
-use encoring_station::{Master, Options, Simulated, Speed, Station};
+use encoring_station::{Options, Simulated, Speed, Station};
 use encoring_words::{Duration, InWord, Model, Parameter};
 
 const PATIENCE: Duration = Duration::from_secs(10);

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use divan::{AllocProfiler, Bencher};
 use encoring_benches::scenario;
+use encoring_bus::SharedImage;
 use encoring_ring::ProcessImage;
 use encoring_sim::{Scenario, World};
-use encoring_station::SharedImage;
 use encoring_words::{InWord, OutWord};
 
 #[global_allocator]

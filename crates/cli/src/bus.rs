@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
+use encoring_bus::{Bus, BusError, Cycle, Inside, LinkEvent, Master, Settling};
 use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
-use encoring_station::bus::{Bus, BusError, Cycle, Inside, LinkEvent, Settling};
-use encoring_station::{Master, Simulated, Speed};
+use encoring_station::{Simulated, Speed};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
 

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use std::time::{Duration as Real, Instant as Clock, SystemTime};
 
 use clap::Args;
+use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
+use encoring_bus::{Link, Verdict};
 use encoring_station::Speed;
-use encoring_station::bus::Link;
-use encoring_station::watch::{Plan, Poll, Sight, Subject, Verdict, Watch};
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -184,10 +184,7 @@ impl<'a> Logging<'a> {
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn run<B: encoring_station::Bus>(
-        mut self,
-        mut watch: Watch<'_, B>,
-    ) -> Result<(Summary, Answer), LogError> {
+    fn run<B: encoring_bus::Bus>(mut self, mut watch: Watch<'_, B>) -> Result<(Summary, Answer), LogError> {
         let began = watch.now();
         while let Some(poll) = watch.poll() {
             self.poll(poll)?;

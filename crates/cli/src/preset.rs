@@ -3,10 +3,10 @@
 use std::fmt;
 
 use clap::Args;
+use encoring_bus::master::MasterError;
 use encoring_host::preset::{Preset, PresetReport};
 use encoring_host::service::Failure as ServiceFailure;
 use encoring_host::session::Fate;
-use encoring_station::master::MasterError;
 use serde::Serialize;
 
 use crate::arguments;

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::time::SystemTime;
 
 use clap::Args;
+use encoring_bus::master::MasterError;
 use encoring_host::program::{Prepared, Program};
-use encoring_station::master::MasterError;
 use encoring_words::{InWord, Parameter};
 use encoring_workshop::ParameterFile;
 

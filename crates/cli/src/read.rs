@@ -3,10 +3,10 @@
 use std::fmt;
 
 use clap::Args;
+use encoring_bus::master::MasterError;
 use encoring_host::Services;
 use encoring_host::preset::code;
 use encoring_host::service::read;
-use encoring_station::master::MasterError;
 use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;

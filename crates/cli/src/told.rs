@@ -2,12 +2,12 @@
 
 use std::fmt;
 
+use encoring_bus::BusError;
+use encoring_bus::master::MasterError;
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
 use encoring_host::session::{Fate, TimedOut, WaitedFor};
-use encoring_station::BusError;
-use encoring_station::master::MasterError;
 use encoring_words::parameter::{Code, CountingDirection, Direction, SsiValues};
 use encoring_words::word::In;
 use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};

@@ -10,8 +10,9 @@ mod tests;
 use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
-use encoring_station::watch::{Plan, Subject, Watch};
-use encoring_station::{Bus, Speed};
+use encoring_bus::Bus;
+use encoring_bus::watch::{Plan, Subject, Watch};
+use encoring_station::Speed;
 use encoring_words::Duration;
 use serde::Serialize;
 

@@ -6,8 +6,8 @@
 
 use std::ops::ControlFlow;
 
+use encoring_bus::{Bus, BusError};
 use encoring_modbus::{Client, probe};
-use encoring_station::{Bus, BusError};
 use encoring_words::{InWord, OutWord};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

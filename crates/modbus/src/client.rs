@@ -7,8 +7,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration as Span;
 
-use encoring_station::bus::{Cause, Cycle, Link, LinkEvent, Settling};
-use encoring_station::{Bus, BusError};
+use encoring_bus::{Bus, BusError, Cause, Cycle, Link, LinkEvent, Settling};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use tokio::net::TcpStream;
 use tokio::runtime::{Builder, Runtime};

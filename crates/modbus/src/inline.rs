@@ -11,9 +11,9 @@
 //!
 //! The server's [`Layout::Inline`](crate::registers::Layout) shows a ring in the same way.
 
+use encoring_bus::BusError;
+use encoring_bus::bus::Garbled;
 use encoring_ring::ident::LENGTHS;
-use encoring_station::BusError;
-use encoring_station::bus::Garbled;
 
 use crate::address::Place;
 use crate::registers::{REGISTERS_PER_ENCODER, Table};

@@ -8,7 +8,7 @@
 use std::fmt::{self, Display};
 use std::ops::ControlFlow;
 
-use encoring_station::{Bus, BusError};
+use encoring_bus::{Bus, BusError};
 use encoring_words::Duration;
 
 use crate::address::{Address, Layout, Place};

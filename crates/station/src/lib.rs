@@ -4,24 +4,16 @@
 //! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
 //! a wait.
 
-pub mod bus;
 pub mod events;
-pub mod image;
 pub mod keeper;
-pub mod master;
 pub mod pace;
 pub mod simulated;
 pub mod station;
 pub mod view;
-pub mod watch;
 
-pub use bus::{Bus, BusError};
 pub use events::{Event, Happened};
-pub use image::SharedImage;
 pub use keeper::Keeper;
-pub use master::Master;
 pub use pace::Speed;
 pub use simulated::Simulated;
 pub use station::{Handle, Options, Outcome, Station, Stopped};
 pub use view::View;
-pub use watch::{Judge, Watch};

@@ -2,13 +2,12 @@
 
 use std::time::{Duration as Real, Instant as Clock};
 
+use encoring_bus::{Bus, BusError, Cycle, Inside, Settling};
 use encoring_ring::Verdict;
 use encoring_sim::World;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Bus, BusError, Cycle, Inside, Settling};
 use crate::pace::Speed;
-use crate::view::Lamps;
 
 /// The longest sleep, so that whoever waits can be interrupted.
 const SLICE: Real = Real::from_millis(20);
@@ -140,7 +139,7 @@ impl Bus for Simulated {
         Some(Inside {
             sensor: node.unit().sensor(),
             active: node.encoder().map(|encoder| *encoder.active()),
-            lamps: Lamps::of(&self.world, position)?,
+            lamps: self.world.lamps(position)?,
         })
     }
 }

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync
 use std::thread::{self, JoinHandle};
 use std::time::Instant as Clock;
 
+use encoring_bus::SharedImage;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::{Change, LineFault};
 use encoring_sim::{Cycled, Eeprom, Waveform, World};
@@ -13,7 +14,6 @@ use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
 
 use crate::events::{Event, Events};
-use crate::image::SharedImage;
 use crate::pace::{Pace, Speed};
 use crate::view::{Counters, View};
 

@@ -161,8 +161,14 @@ impl Lamps {
     /// Those of the encoder at a position of `world`.
     #[must_use]
     pub fn of(world: &World, position: usize) -> Option<Self> {
-        let encoring_ring::slave::Lamps { u, ba, rc, rd } = world.lamps(position)?;
-        Some(Self { u, ba, rc, rd })
+        world.lamps(position).map(Self::from)
+    }
+}
+
+impl From<encoring_ring::slave::Lamps> for Lamps {
+    fn from(lamps: encoring_ring::slave::Lamps) -> Self {
+        let encoring_ring::slave::Lamps { u, ba, rc, rd } = lamps;
+        Self { u, ba, rc, rd }
     }
 }
 

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use encoring_bus::{Bus, Master, MasterError};
 use encoring_encoder::records::{Record, write_count};
 use encoring_host::Services;
 use encoring_host::preset::{Preset, PresetReport};
@@ -15,9 +16,7 @@ use encoring_host::session::{Fate, WaitedFor};
 use encoring_sim::memory::CellFault;
 use encoring_sim::scenario::Change;
 use encoring_sim::{Scenario, World};
-use encoring_station::bus::Bus;
-use encoring_station::master::MasterError;
-use encoring_station::{Master, Simulated, Speed};
+use encoring_station::{Simulated, Speed};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Duration, ErrorStatus, InWord, Model, OutWord, Parameter, ParameterSet};
 use proptest::prelude::*;

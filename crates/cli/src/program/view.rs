@@ -2,9 +2,9 @@
 
 use std::fmt;
 
+use encoring_bus::BusError;
+use encoring_bus::master::MasterError;
 use encoring_host::program::{Back, Prepared, Report, Row, Stopped};
-use encoring_station::BusError;
-use encoring_station::master::MasterError;
 use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;

@@ -7,8 +7,8 @@ use std::sync::mpsc::{SyncSender, TryRecvError, sync_channel};
 use std::thread;
 use std::time::{Duration as Real, Instant as Clock};
 
-use encoring_station::Bus;
-use encoring_station::watch::Watch;
+use encoring_bus::Bus;
+use encoring_bus::watch::Watch;
 use encoring_words::Duration;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
+use encoring_bus::{Blind, Verdict};
 use encoring_station::view::Lamps;
-use encoring_station::watch::{Blind, Verdict};
 use encoring_words::word::{DATA, ERROR_BIT, READ_WRITE_BIT, RESERVE_BIT, SERVICE, SERVICE_BIT};
 use encoring_words::{Duration, Service};
 use ratatui::Frame;

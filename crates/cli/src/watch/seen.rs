@@ -1,9 +1,9 @@
 //! What is shown of an encoder: the same for the screen, for lines and for programs.
 
+use encoring_bus::watch::{Phase, Poll, Sight};
+use encoring_bus::{Blind, Judge, Link, Verdict};
 use encoring_host::validity::Stop;
-use encoring_station::bus::Link;
 use encoring_station::view::Lamps;
-use encoring_station::watch::{Blind, Judge, Phase, Poll, Sight, Verdict};
 use encoring_words::word::{In, ServiceNumber};
 use encoring_words::{Access, Duration, InWord};
 use serde::Serialize;
@@ -66,7 +66,7 @@ impl Seen {
             input: sight.input.map(|word| word.to_string()),
             phase: sight.phase().map(Phase::name),
             age_ns: sight.age.map(Duration::as_nanos),
-            lamps: sight.inside.map(|inside| inside.lamps),
+            lamps: sight.inside.map(|inside| inside.lamps.into()),
             cannot_judge: judge.blind().iter().map(|blind| name(*blind)).collect(),
             text: text(sight, status.as_ref()),
             status,

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use clap::Args;
-use encoring_station::watch::{Judge, Subject};
+use encoring_bus::Judge;
+use encoring_bus::watch::Subject;
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, Model, Parameter};
 use encoring_workshop::ParameterFile;

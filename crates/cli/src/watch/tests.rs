@@ -1,10 +1,11 @@
 //! The view, drawn into a buffer.
 
+use encoring_bus::BusError;
+use encoring_bus::bus::{Cause, Inside};
+use encoring_bus::watch::Sight;
+use encoring_bus::{Judge, Verdict};
 use encoring_host::validity::Why;
-use encoring_station::BusError;
-use encoring_station::bus::{Cause, Inside};
-use encoring_station::view::Lamps;
-use encoring_station::watch::{Judge, Sight, Verdict};
+use encoring_ring::slave::Lamps;
 use encoring_words::model::Sensor;
 use encoring_words::parameter::Parameter;
 use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord};

@@ -13,7 +13,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-use encoring_station::SharedImage;
+use encoring_bus::SharedImage;
 use tokio::net::TcpListener;
 use tokio::sync::oneshot;
 

@@ -12,8 +12,8 @@
 use std::borrow::Cow;
 use std::time::Duration as Span;
 
-use encoring_station::BusError;
-use encoring_station::bus::{Cause, Garbled};
+use encoring_bus::BusError;
+use encoring_bus::bus::{Cause, Garbled};
 use encoring_words::Duration;
 use tokio::time::{Instant, sleep, timeout_at};
 use tokio_modbus::client::{Client as _, Context, rtu, tcp};

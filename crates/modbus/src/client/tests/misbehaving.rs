@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use encoring_station::bus::Garbled;
+use encoring_bus::bus::Garbled;
 
 /// What a gateway does with a good answer, which is a whole frame.
 type Spoil = fn(&[u8]) -> Vec<u8>;

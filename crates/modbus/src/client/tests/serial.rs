@@ -4,7 +4,7 @@ use super::*;
 
 use std::collections::VecDeque;
 
-use encoring_station::bus::Garbled;
+use encoring_bus::bus::Garbled;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio_serial::{SerialPort, SerialStream};
 

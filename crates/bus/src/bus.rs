@@ -1,15 +1,14 @@
 //! A ring as its master reaches it, whatever stands between: [`Bus`].
 //!
-//! The in-process simulation ([`crate::Simulated`]) is one, a Modbus gateway in front of a real ring another. Whoever
-//! programs encoders knows only this trait.
+//! A simulated ring is one, a Modbus gateway in front of a real ring another. Whoever programs encoders knows only
+//! this trait.
 
 use std::fmt;
 use std::io;
 
+use encoring_ring::slave::Lamps;
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, OutWord, ParameterSet};
-
-use crate::view::Lamps;
 
 /// A ring on which words can be read and written. Positions are ring positions from 0.
 ///

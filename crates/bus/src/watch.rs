@@ -1,6 +1,5 @@
 //! Looks at encoders of a bus, poll after poll, and judges what they show. It never writes an OUT word.
 
-mod judge;
 #[cfg(test)]
 mod tests;
 
@@ -11,9 +10,8 @@ use encoring_host::Seen;
 use encoring_host::validity::Stop;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-pub use judge::{Blind, Judge, Verdict};
-
 use crate::bus::{Bus, BusError, Inside, LinkEvent};
+use crate::judge::{Judge, Verdict};
 
 /// How long a wait may be before the stop mark is looked at.
 const SLICE: Duration = Duration::from_millis(50);

@@ -1,0 +1,17 @@
+//! A ring as its master sees it, whatever stands between: the [`Bus`], the [`Master`] of one encoder on it, the
+//! [`Watch`] that looks at encoders and the [`Judge`] of what they show, and the process image that a ring and its
+//! gateways share.
+//!
+//! Nothing here knows a protocol, and nothing here can simulate.
+
+pub mod bus;
+pub mod image;
+pub mod judge;
+pub mod master;
+pub mod watch;
+
+pub use bus::{Bus, BusError, Cause, Cycle, Inside, Link, LinkEvent, Settling};
+pub use image::SharedImage;
+pub use judge::{Blind, Judge, Verdict};
+pub use master::{Master, MasterError};
+pub use watch::Watch;
