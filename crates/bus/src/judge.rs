@@ -109,6 +109,17 @@ pub enum Blind {
 }
 
 impl Blind {
+    /// In one word, for programs.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Code => "code",
+            Self::Range => "range",
+            Self::Motion => "motion",
+            Self::Changed => "changed",
+        }
+    }
+
     /// In words.
     #[must_use]
     pub const fn text(self) -> &'static str {

@@ -5,7 +5,12 @@ use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Model, Parameter};
 
+pub(crate) mod bus;
 pub(crate) mod fault;
+pub(crate) mod range;
+mod span;
+
+pub(crate) use span::span;
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {

@@ -9,8 +9,8 @@ use encoring_host::preset::code;
 use encoring_host::service::{Check, check};
 use serde::Serialize;
 
+use crate::arguments::bus::{Encoder, Target};
 use crate::ask::confirmed;
-use crate::bus::{Encoder, Target};
 use crate::output::{Answer, Failure, Format, print};
 use crate::told::{Failed, Shown, StatusView, TargetView};
 

@@ -14,11 +14,11 @@ use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use crate::arguments::span;
+use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format, bad_input, note, print};
-use crate::sim::span;
-use crate::watch::answer;
-use crate::watch::seen::{name, seconds};
-use crate::watch::subjects::SubjectArguments;
+use crate::subjects::SubjectArguments;
+use crate::told::looked;
 
 /// A power cut loses at most what came in this time.
 const FLUSH_EVERY: Real = Real::from_secs(1);
@@ -152,7 +152,7 @@ fn remarks(address: &str, subjects: &[Subject]) -> Vec<String> {
             remark += &format!(" measuring_length={length}");
         }
         // A simulation shows its parameters with the first poll only.
-        let blind: Vec<_> = judge.blind().iter().map(|blind| name(*blind)).collect();
+        let blind: Vec<_> = judge.blind().iter().map(|blind| blind.name()).collect();
         if !blind.is_empty() && !address.starts_with("sim") {
             remark += &format!(" cannot_judge={}", blind.join("+"));
         }
@@ -208,7 +208,7 @@ impl<'a> Logging<'a> {
             files: self.log.files(),
             verdicts: verdicts.map(|(verdict, polls)| Count { verdict, polls }).collect(),
         };
-        Ok((summary, answer(&watch)))
+        Ok((summary, looked(&watch)))
     }
 
     fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {

@@ -5,6 +5,9 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 
+pub(crate) mod ratio;
+pub(crate) mod time;
+
 /// What stands below the help of the whole program.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes: 0 yes, 1 no (a difference, a refusal), 2 bad input or bad usage,

@@ -10,8 +10,9 @@ use encoring_host::session::Fate;
 use serde::Serialize;
 
 use crate::arguments;
+use crate::arguments::bus::{Encoder, Target};
 use crate::ask::confirmed;
-use crate::bus::{Encoder, Opened, Target};
+use crate::bus::Opened;
 use crate::output::{Answer, Failure, Format, bad_input, print};
 use crate::told::{FailureView, TargetView};
 

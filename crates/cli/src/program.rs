@@ -1,22 +1,13 @@
 //! `encoring program`: values that shall count, all of them or none.
 
-mod view;
-
 use std::path::PathBuf;
-use std::time::SystemTime;
 
 use clap::Args;
-use encoring_bus::master::MasterError;
-use encoring_host::program::{Prepared, Program};
-use encoring_words::{InWord, Parameter};
 use encoring_workshop::ParameterFile;
 
-use crate::ask::confirmed;
-use crate::bus::{Encoder, Opened, Target};
-use crate::calc::{self, Range};
-use crate::output::{Answer, Failure, Format, bad_input, print};
-use crate::told::TargetView;
-use view::ProgramView;
+use crate::arguments::range::{Range, values};
+use crate::output::{Answer, Failure, bad_input};
+use crate::programming::How;
 
 /// Program an encoder: write, check, read back, compare
 ///
@@ -43,28 +34,6 @@ pub(crate) struct Arguments {
     file: Option<PathBuf>,
     #[command(flatten)]
     how: How,
-}
-
-/// What `program` and `write` have in common.
-#[derive(Args, Debug)]
-pub(crate) struct How {
-    #[command(flatten)]
-    pub(crate) encoder: Encoder,
-    /// Do not ask
-    #[arg(long, global = true)]
-    yes: bool,
-    /// Show what would be written, and end
-    #[arg(long, global = true)]
-    dry_run: bool,
-    /// Where the old values are kept; a real encoder's are kept in this folder if nothing is said
-    #[arg(long, value_name = "FILE.toml", global = true)]
-    backup: Option<PathBuf>,
-    /// Keep no old values
-    #[arg(long, conflicts_with = "backup", global = true)]
-    no_backup: bool,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text", global = true)]
-    format: Format,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -94,95 +63,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 _ => Ok(file.values.clone()),
             }
         }
-        (None, Some(range)) => calc::values(range, target.steps_per_turn()),
+        (None, Some(range)) => values(range, target.steps_per_turn()),
         (None, None) => Ok(Vec::new()),
     })
-}
-
-impl How {
-    /// Programs what `values` finds for the encoder.
-    pub(crate) fn run(
-        &self,
-        values: impl FnOnce(Target) -> Result<Vec<(Parameter, u32)>, Failure>,
-    ) -> Result<Answer, Failure> {
-        let (mut opened, target) = self.encoder.open()?;
-        let mut program = Program::new(target.model, target.steps_per_turn());
-        for (parameter, value) in values(target)? {
-            program.set(parameter, value).map_err(bad_input)?;
-        }
-        let told = self.program(&mut opened, target, program);
-        opened.close()?;
-        let view = told?;
-        print(self.format, &view)?;
-        Ok(view.answer())
-    }
-
-    fn program(&self, opened: &mut Opened, target: Target, program: Program) -> Result<ProgramView, Failure> {
-        let (simulated, address) = (opened.is_simulated(), opened.address.clone());
-        let patience = self.encoder.patience;
-        let prepared = opened.serve(target, patience, |master| Ok(program.prepare(master)))?;
-        if self.dry_run {
-            return Ok(ProgramView::planned(target, &prepared));
-        }
-        let mut backup = None;
-        if prepared.stopped().is_none() && prepared.changes() {
-            confirmed(self.yes, &question(target, &prepared))?;
-            backup = self.keep(simulated, &address, target, &prepared)?;
-        }
-        opened.serve(target, patience, |master| {
-            let report = prepared.run(master);
-            Ok(ProgramView::done(target, &report, master.last_error(), backup))
-        })
-    }
-
-    /// Writes the old values into a file before they are changed.
-    #[expect(clippy::disallowed_methods, reason = "a backup says when it was made, and is named so")]
-    fn keep(
-        &self,
-        simulated: bool,
-        address: &str,
-        target: Target,
-        prepared: &Prepared<MasterError>,
-    ) -> Result<Option<String>, Failure> {
-        let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-        let path = match &self.backup {
-            Some(path) => path.clone(),
-            None if self.no_backup || simulated => return Ok(None),
-            None => {
-                let name = format!("backup-{}-at-{}-{now}.toml", target.model, target.position);
-                PathBuf::from(name.replace(':', ""))
-            }
-        };
-        let file = ParameterFile {
-            model: target.model,
-            native: target.native,
-            remarks: vec![
-                format!("as it was before it was programmed, {now}"),
-                format!("{address}, position {}", target.position),
-                format!("IN showed {}", prepared.shown().unwrap_or(InWord(0))),
-                "the offset of a preset adjustment is not here: no service reads it".to_owned(),
-            ],
-            values: prepared
-                .rows()
-                .filter_map(|row| row.before.map(|value| (row.parameter, value)))
-                .collect(),
-        };
-        file.write_new(&path).map_err(|error| {
-            bad_input(format!("the old values cannot be kept, so nothing was written: {error}"))
-        })?;
-        Ok(Some(path.display().to_string()))
-    }
-}
-
-fn question(target: Target, prepared: &Prepared<MasterError>) -> String {
-    let mut text = format!("{}:", TargetView::new(target));
-    for row in prepared.rows().filter(|row| row.changes()) {
-        if let (Some(before), Some(wanted)) = (row.before, row.wanted) {
-            text += &format!("\n  {} {before} -> {wanted}", row.parameter.key());
-        }
-    }
-    if prepared.moves_the_position() {
-        text += "\nAfterwards the same place has another position; a preset adjustment may be needed.";
-    }
-    text
 }

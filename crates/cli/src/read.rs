@@ -11,8 +11,8 @@ use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;
 
+use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
-use crate::bus::{Encoder, Target};
 use crate::output::{Answer, Failure, Format, print};
 use crate::told::{Failed, FailureView, Shown, TargetView, meaning};
 

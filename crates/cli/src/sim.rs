@@ -11,7 +11,7 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_modbus::{Counters, Layout, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
-use encoring_sim::{Level, Scenario, Waveform, World, device_line, state};
+use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Record;
 use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
 use encoring_trace::Writer;
@@ -23,6 +23,8 @@ use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
 use crate::arguments::fault::{self, FaultArgument};
+use crate::arguments::span;
+use crate::memories::remember;
 use crate::output::{Answer, Failure, Format, bad_input, note};
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
@@ -117,20 +119,6 @@ fn level(text: &str) -> Result<Level, &'static str> {
         "word" => Ok(Level::Word),
         "bit" => Ok(Level::Bit),
         _ => Err("the levels are word and bit"),
-    }
-}
-
-/// A time as people write it; a plain number is seconds.
-pub(crate) fn span(text: &str) -> Result<Duration, String> {
-    let seconds = text.parse::<f64>().ok().filter(|s| s.is_finite() && *s >= 0.0);
-    let real = match seconds {
-        Some(seconds) => Real::try_from_secs_f64(seconds).map_err(|cause| cause.to_string()),
-        None => humantime::parse_duration(text).map_err(|cause| cause.to_string()),
-    }?;
-    match u64::try_from(real.as_nanos()) {
-        Ok(0) => Err("no time at all".to_owned()),
-        Ok(nanos) => Ok(Duration::from_nanos(nanos)),
-        Err(_) => Err("longer than 584 years".to_owned()),
     }
 }
 
@@ -273,29 +261,6 @@ async fn finished(station: &Station, progress: &Progress, report: &mut Report) -
         tokio::time::sleep(LOOK_EVERY).await;
     }
     Ok(())
-}
-
-/// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
-pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Failure> {
-    // First all are read, so that a folder with one foreign file is left as it is.
-    let memories: Vec<_> = units
-        .iter()
-        .enumerate()
-        .map(|(position, unit)| state::read(folder, position, unit))
-        .collect::<Result<_, _>>()
-        .map_err(bad_input)?;
-    let problem = |cause: io::Error| bad_input(format!("--state {}: {cause}", folder.display()));
-    fs::create_dir_all(folder).map_err(problem)?;
-    let lock = File::create(folder.join("lock")).map_err(problem)?;
-    lock.try_lock().map_err(|_| {
-        bad_input(format!("--state {}: another simulation uses this folder", folder.display()))
-    })?;
-    for (position, memory) in memories.into_iter().enumerate() {
-        if let Some(memory) = memory {
-            world.insert_memory(position, memory);
-        }
-    }
-    Ok(lock)
 }
 
 /// Refuses a recording that could not be finished, or whose end would cost something else: it takes the place of what

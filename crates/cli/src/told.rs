@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
+use encoring_bus::watch::Watch;
+use encoring_bus::{Bus, BusError};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
@@ -13,7 +14,7 @@ use encoring_words::word::In;
 use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
 
-use crate::bus::Target;
+use crate::arguments::bus::Target;
 use crate::output::{Answer, Failure};
 
 /// What a service of a bus can fail with.
@@ -37,6 +38,11 @@ impl fmt::Display for TargetView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "position {} (device {}), {}", self.position, self.device_number, self.model)
     }
+}
+
+/// How a command ends that has only looked.
+pub(crate) fn looked<B: Bus>(watch: &Watch<'_, B>) -> Answer {
+    if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
 }
 
 /// What a value of a parameter means, where it is more than a number.

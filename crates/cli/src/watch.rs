@@ -2,8 +2,7 @@
 
 mod live;
 mod screen;
-pub(crate) mod seen;
-pub(crate) mod subjects;
+mod seen;
 #[cfg(test)]
 mod tests;
 
@@ -16,10 +15,12 @@ use encoring_station::Speed;
 use encoring_words::Duration;
 use serde::Serialize;
 
+use crate::arguments::span;
+use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
-use crate::sim::span;
-use seen::{News, Seen, news, seconds};
-use subjects::SubjectArguments;
+use crate::subjects::SubjectArguments;
+use crate::told::looked;
+use seen::{News, Seen, news};
 
 /// An encoder that shows the same for so long is told of again.
 const AGAIN_AFTER: Duration = Duration::from_secs(10);
@@ -83,11 +84,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(answer)
 }
 
-/// How a command ends that has only looked.
-pub(crate) fn answer<B: Bus>(watch: &Watch<'_, B>) -> Answer {
-    if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
-}
-
 /// What is watched, and how.
 pub(crate) struct About {
     pub(crate) address: String,
@@ -138,7 +134,7 @@ impl Lines {
             self.poll(&mut seen, &happened)?;
         }
         self.end(watch.now().as_nanos(), polls)?;
-        Ok(answer(&watch))
+        Ok(looked(&watch))
     }
 
     fn begin(&self, subjects: &[Subject]) -> io::Result<()> {

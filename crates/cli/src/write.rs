@@ -5,7 +5,7 @@ use encoring_words::Parameter;
 
 use crate::arguments;
 use crate::output::{Answer, Failure};
-use crate::program::How;
+use crate::programming::How;
 
 /// Write one parameter: write, check, read back, compare
 ///

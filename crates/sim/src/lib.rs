@@ -12,6 +12,7 @@ pub mod replay;
 pub mod scan;
 pub mod scenario;
 pub mod state;
+mod tap;
 pub mod waveform;
 pub mod wire;
 pub mod world;

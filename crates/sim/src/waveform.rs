@@ -12,19 +12,12 @@ use std::io;
 
 use encoring_ring::diagnostics::status;
 use encoring_ring::master::State;
-use encoring_ring::slave::Phase;
 use encoring_ring::{Master, Verdict};
 use encoring_trace::wave::{Format, Id, Signals, Sink, UNIT_NS, Value, Writer};
-use encoring_words::{InWord, OutWord};
+use encoring_words::InWord;
 
+use crate::tap::{Change, Tap, out_values, service_bit};
 use crate::world::{Cycled, World};
-
-mod tap;
-
-pub(crate) use tap::{Tap, Tapped};
-
-/// The service bit of both words.
-const SERVICE: u32 = 1 << 31;
 
 /// The codes of the signals that have some.
 const NOTES: [&str; 3] = [
@@ -32,21 +25,6 @@ const NOTES: [&str; 3] = [
     "state of the master: 0 READY, 1 ACTIVE, 2 RUN",
     "verdict of a cycle: 0 good, 1 bad, 2 silent; segment: the first one at fault",
 ];
-
-/// The code of what a chip does.
-const fn phase_code(phase: Phase) -> u32 {
-    match phase {
-        Phase::Off => 0,
-        Phase::Held => 1,
-        Phase::Reset => 2,
-        Phase::Lost => 3,
-        Phase::Pause => 4,
-        Phase::Identification => 5,
-        Phase::Data => 6,
-        Phase::Check => 7,
-        Phase::End => 8,
-    }
-}
 
 const fn state_code(state: State) -> u32 {
     match state {
@@ -64,15 +42,6 @@ fn verdict_codes(verdict: Verdict) -> (Value, Value) {
         Verdict::Silent { segment } => (2, Value::Bits(segment as u32)),
     };
     (Value::Bits(code), segment)
-}
-
-/// A change that waits for those of other segments that come before it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Change {
-    /// In units of time.
-    at: u64,
-    id: Id,
-    value: Value,
 }
 
 /// A waveform of a world, under way.
@@ -116,13 +85,9 @@ struct ChipSignals {
 /// What an IN word shows, and its service bit.
 fn in_values(answer: Option<InWord>) -> [Value; 2] {
     match answer {
-        Some(InWord(word)) => [Value::Bits(word), Value::from(word & SERVICE != 0)],
+        Some(InWord(word)) => [Value::Bits(word), service_bit(word)],
         None => [Value::Unknown; 2],
     }
-}
-
-fn out_values(OutWord(word): OutWord) -> [Value; 2] {
-    [Value::Bits(word), Value::from(word & SERVICE != 0)]
 }
 
 fn add_chip(signals: &mut Signals, world: &World, position: usize) -> ChipSignals {

@@ -12,7 +12,7 @@ use rand_pcg::Pcg64Mcg;
 
 use crate::fault::{SegmentFault, Segments};
 use crate::scenario::{Level, LineFault};
-use crate::waveform::{Tap, Tapped};
+use crate::tap::{Tap, Tapped};
 
 /// How long a burst is.
 const BURST_BITS: u8 = 16;

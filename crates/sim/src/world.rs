@@ -16,7 +16,7 @@ use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::{Node, OFF_BELOW_MV, Surroundings};
 use crate::scenario::{Change, Chip, Event, Happening, LineFault, NewMotion, Scenario};
-use crate::waveform::Tap;
+use crate::tap::Tap;
 use crate::wire::{Trouble, Wire};
 
 /// A ring of encoders and everything around them.

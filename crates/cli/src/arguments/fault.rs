@@ -10,8 +10,8 @@ use encoring_sim::scenario::{Change, Chip, Event, Happening, LineFault};
 use encoring_sim::{Level, Scenario};
 use encoring_words::{Duration, Instant};
 
+use super::span;
 use crate::output::{Failure, bad_input};
-use crate::sim::span;
 
 const KINDS: &str =
     "bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N, supply, chip, jumper, ident=HHHH";

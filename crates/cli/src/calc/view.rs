@@ -1,12 +1,13 @@
 //! What `calc` shows: plain data for programs. The text for people is made from the same.
 
 use encoring_host::scaling::{
-    Choice, Deviation, Expected, Fraction, Linear, Native, Phase, Ratio, Rounded, Rounding, Step, ZeroLoss,
+    Choice, Deviation, Expected, Fraction, Linear, Native, Phase, Ratio, Rounding, Step, ZeroLoss,
 };
 use encoring_words::{Model, Service};
 use serde::Serialize;
 
 use super::Asked;
+use crate::output::ratio::{cut, show};
 
 /// A calculation with all that follows from it.
 #[derive(Serialize)]
@@ -98,32 +99,6 @@ pub(super) struct StepView {
     pub(super) in_low: Option<String>,
     /// A write's reply while an error is pending.
     pub(super) in_with_error: Option<String>,
-}
-
-/// Decimal places that give about six digits.
-fn places(ratio: Ratio) -> usize {
-    let thousandth = Ratio::new(1, 1_000).is_some_and(|thousandth| ratio < thousandth);
-    if thousandth {
-        9
-    } else if ratio >= Ratio::from(1_000) {
-        3
-    } else {
-        6
-    }
-}
-
-/// A number for an option of the command line, cut to one side.
-pub(super) fn cut(ratio: Ratio, rounding: Rounding) -> Rounded {
-    ratio.rounded(places(ratio), rounding)
-}
-
-/// A number for people; exact if it can be shown with nine decimals.
-pub(super) fn show(ratio: Ratio) -> String {
-    let exact = ratio.rounded(9, Rounding::Nearest);
-    if exact.is_exact() {
-        return exact.to_string();
-    }
-    format!("about {}", cut(ratio, Rounding::Nearest))
 }
 
 /// A number of things for people.

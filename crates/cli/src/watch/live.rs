@@ -13,10 +13,11 @@ use encoring_words::Duration;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
+use super::About;
 use super::screen::{Screen, Update, Way};
 use super::seen::{Seen, news};
-use super::{About, answer};
 use crate::output::Answer;
+use crate::told::looked;
 
 /// How long a key waits at most.
 const LISTEN: Real = Real::from_millis(40);
@@ -44,7 +45,7 @@ pub(crate) fn run<B: Bus + Send>(
         drop(drawn);
         ended
     })?;
-    Ok(answer(&watch))
+    Ok(looked(&watch))
 }
 
 struct Restored;

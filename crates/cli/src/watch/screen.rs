@@ -13,7 +13,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, BorderType, Paragraph};
 
 use super::About;
-use super::seen::{News, Seen, name, seconds, span};
+use super::seen::{News, Seen};
+use crate::output::time::{seconds, span};
 
 /// The last events that are kept.
 const NEWS_KEPT: usize = 50;
@@ -291,7 +292,7 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
             true => "parameters were written since",
             false => "parameters not known",
         };
-        let of = seen.blind.iter().filter(|blind| **blind != Blind::Changed).map(|blind| name(*blind));
+        let of = seen.blind.iter().filter(|blind| **blind != Blind::Changed).map(|blind| blind.name());
         let text = format!("cannot judge: {} ({why})", of.collect::<Vec<_>>().join(", "));
         lines.extend(wrap(&text, width).into_iter().map(|text| Line::styled(text, Modifier::DIM)));
     }

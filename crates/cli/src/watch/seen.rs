@@ -8,6 +8,7 @@ use encoring_words::word::{In, ServiceNumber};
 use encoring_words::{Access, Duration, InWord};
 use serde::Serialize;
 
+use crate::output::time::{seconds, span};
 use crate::told::StatusView;
 
 /// An encoder at one poll.
@@ -37,16 +38,6 @@ pub(crate) struct Seen {
     pub(crate) blind: Vec<Blind>,
 }
 
-/// What cannot be judged, in one word.
-pub(crate) const fn name(blind: Blind) -> &'static str {
-    match blind {
-        Blind::Code => "code",
-        Blind::Range => "range",
-        Blind::Motion => "motion",
-        Blind::Changed => "changed",
-    }
-}
-
 impl Seen {
     pub(crate) fn new(sight: &Sight, judge: &Judge) -> Self {
         let status = match sight.verdict {
@@ -67,7 +58,7 @@ impl Seen {
             phase: sight.phase().map(Phase::name),
             age_ns: sight.age.map(Duration::as_nanos),
             lamps: sight.inside.map(|inside| inside.lamps.into()),
-            cannot_judge: judge.blind().iter().map(|blind| name(*blind)).collect(),
+            cannot_judge: judge.blind().iter().map(|blind| blind.name()).collect(),
             text: text(sight, status.as_ref()),
             status,
             sight: *sight,
@@ -111,20 +102,6 @@ fn reply(input: InWord) -> String {
         other => format!("service {:02X}, which no encoder has", other.number()),
     };
     format!("a reply and no position: {deed} {service}, data {}", reply.data)
-}
-
-/// A span of time as people read it.
-pub(crate) fn span(span: Duration) -> String {
-    let us = span.as_nanos() / 1_000;
-    match us {
-        0..1_000_000 => format!("{}.{} ms", us / 1_000, us / 100 % 10),
-        _ => format!("{}.{} s", us / 1_000_000, us / 100_000 % 10),
-    }
-}
-
-/// A point of time as people read it: seconds.
-pub(crate) fn seconds(time_ns: u64) -> String {
-    format!("{}.{:03}", time_ns / 1_000_000_000, time_ns / 1_000_000 % 1_000)
 }
 
 /// Something that happened.

@@ -9,7 +9,7 @@ use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
 
-use crate::bus::Target;
+use crate::arguments::bus::Target;
 use crate::output::Answer;
 use crate::told::{FailureView, Shown, StatusView, TargetView, meaning};
 

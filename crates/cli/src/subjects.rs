@@ -10,9 +10,10 @@ use encoring_words::{Duration, Model, Parameter};
 use encoring_workshop::ParameterFile;
 
 use crate::arguments;
-use crate::bus::{AnyBus, BusArguments, Opened};
+use crate::arguments::bus::BusArguments;
+use crate::arguments::span;
+use crate::bus::{AnyBus, Opened};
 use crate::output::{Failure, bad_input};
-use crate::sim::span;
 
 /// The most encoders that are looked at; a ring has no more.
 const SUBJECTS_MAX: usize = 128;

@@ -9,11 +9,47 @@ use encoring_ring::telegram::Bits;
 use encoring_trace::wave::{Id, Signals, UNIT_NS, Value};
 use encoring_words::{Duration, OutWord};
 
-use super::{Change, out_values, phase_code};
 use crate::fault::Segments;
+
+/// The service bit of both words.
+const SERVICE: u32 = 1 << 31;
 
 /// The position of a chip that has none.
 const NO_POSITION: Value = Value::Unknown;
+
+/// A change that waits for those of other segments that come before it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Change {
+    /// In units of time.
+    pub(crate) at: u64,
+    pub(crate) id: Id,
+    pub(crate) value: Value,
+}
+
+/// The code of what a chip does.
+const fn phase_code(phase: Phase) -> u32 {
+    match phase {
+        Phase::Off => 0,
+        Phase::Held => 1,
+        Phase::Reset => 2,
+        Phase::Lost => 3,
+        Phase::Pause => 4,
+        Phase::Identification => 5,
+        Phase::Data => 6,
+        Phase::Check => 7,
+        Phase::End => 8,
+    }
+}
+
+/// The service bit of an OUT or IN word.
+pub(crate) fn service_bit(word: u32) -> Value {
+    Value::from(word & SERVICE != 0)
+}
+
+/// What an OUT word shows, and its service bit.
+pub(crate) fn out_values(OutWord(word): OutWord) -> [Value; 2] {
+    [Value::Bits(word), service_bit(word)]
+}
 
 /// What was seen on the line since it was taken last. That is what one cycle brings: some changes a line bit and
 /// segment at most.

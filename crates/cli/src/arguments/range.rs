@@ -1,0 +1,174 @@
+//! A range of positions as a user says it, and the values that an encoder needs for it.
+
+use std::str::FromStr;
+
+use clap::{Args, Subcommand};
+use encoring_host::scaling::{
+    LengthOutside, Linear, Native, NumberError, Ratio, ResolutionOutside, Rotary, RotaryError, Rounding,
+    Turns, TurnsOutside, linear, rotary,
+};
+use encoring_words::Parameter;
+
+use crate::output::ratio::{cut, show};
+use crate::output::{Failure, bad_input};
+
+/// What is to be programmed, as a range.
+#[derive(Subcommand, Debug)]
+pub(crate) enum Range {
+    /// For a shaft: the measuring length, numerator and denominator of this range, as `calc rotary` finds them
+    Rotary(RotaryRange),
+    /// For a rod: the measuring length of this resolution, as `calc linear` finds it
+    Linear(LinearArguments),
+}
+
+/// A range of a shaft
+#[derive(Args, Debug)]
+pub(crate) struct RotaryRange {
+    /// Steps that one turn of the shaft shall count
+    #[arg(long, value_name = "STEPS", value_parser = number, allow_hyphen_values = true,
+          required_unless_present = "mm_per_turn", conflicts_with_all = ["mm_per_turn", "resolution_mm"])]
+    pub(crate) steps_per_turn: Option<Ratio>,
+
+    /// Instead of the steps: how far the machine moves in one turn of the shaft
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
+          requires = "resolution_mm")]
+    pub(crate) mm_per_turn: Option<Ratio>,
+
+    /// With --mm-per-turn: what one step shall be
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
+          requires = "mm_per_turn")]
+    pub(crate) resolution_mm: Option<Ratio>,
+
+    /// Turns until the position begins again at 0: a decimal or a fraction
+    #[arg(long, value_name = "TURNS", value_parser = turns, allow_hyphen_values = true)]
+    pub(crate) turns: Turns,
+}
+
+/// For a rod: service 02 of an LA-66
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Examples:
+  encoring calc linear --length-mm 500 --resolution-mm 0.01")]
+pub(crate) struct LinearArguments {
+    /// Length of the rod on the type label
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
+    pub(crate) length_mm: Ratio,
+
+    /// What one step shall be
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
+    pub(crate) resolution_mm: Ratio,
+}
+
+/// A number above 0.
+fn number(text: &str) -> Result<Ratio, String> {
+    parse(text, "like 12 or 0.01, above 0")
+}
+
+/// A number of turns.
+fn turns(text: &str) -> Result<Turns, String> {
+    parse(text, "like 3.5 or 7/2, from 1/99 to 65535")
+}
+
+fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, String> {
+    text.parse().map_err(|error| {
+        let pointed: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+        let pointed = pointed.replacen(',', ".", 1);
+        match error {
+            NumberError::Comma if pointed.parse::<T>().is_ok() => {
+                format!("write the decimals behind a point: {pointed}")
+            }
+            error => format!("{error}; allowed is a number {allowed}"),
+        }
+    })
+}
+
+pub(crate) fn rotary_range(range: &RotaryRange, native: Native) -> Result<(Ratio, Rotary), Failure> {
+    let steps_per_turn = match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
+        (Some(steps), ..) => Some(steps),
+        (None, Some(mm), Some(resolution)) => mm.over(resolution),
+        // The arguments exclude each other and need each other.
+        _ => None,
+    };
+    let Some(steps_per_turn) = steps_per_turn else {
+        return Err(bad_input(
+            "--mm-per-turn and --resolution-mm have too many digits to be divided exactly",
+        ));
+    };
+    let found = rotary(steps_per_turn, range.turns, native).map_err(|error| match error {
+        RotaryError::Turns(outside) => bad_input(turns_outside(range.turns, outside)),
+        RotaryError::Length(outside) => {
+            bad_input(length_outside(steps_per_turn, range.turns, range.mm_per_turn, outside))
+        }
+    })?;
+    Ok((steps_per_turn, found))
+}
+
+/// The values of a range.
+pub(crate) fn values(range: &Range, steps_per_turn: u32) -> Result<Vec<(Parameter, u32)>, Failure> {
+    match range {
+        Range::Rotary(range) => {
+            let native = if steps_per_turn == 8192 { Native::Q8192 } else { Native::Q4096 };
+            let (_, found) = rotary_range(range, native)?;
+            Ok(vec![
+                (Parameter::MeasuringLength, found.scaling.measuring_length()),
+                (Parameter::Numerator, found.scaling.fraction.numerator()),
+                (Parameter::Denominator, found.scaling.fraction.denominator()),
+            ])
+        }
+        Range::Linear(arguments) => {
+            let found = linear_range(arguments)?;
+            Ok(vec![(Parameter::MeasuringLength, found.scaling.measuring_length())])
+        }
+    }
+}
+
+fn turns_outside(given: Turns, outside: TurnsOutside) -> String {
+    let nearest = match outside.nearest {
+        fraction if fraction.denominator() == 1 => fraction.numerator().to_string(),
+        fraction => fraction.to_string(),
+    };
+    let given = show(given.value());
+    format!("{given} turns are outside 1/99..65535; nearest that works: --turns {nearest}")
+}
+
+fn length_outside(
+    steps_per_turn: Ratio,
+    turns: Turns,
+    mm_per_turn: Option<Ratio>,
+    outside: LengthOutside,
+) -> String {
+    let more = outside.nearest > steps_per_turn;
+    let (inside, outwards) =
+        if more { (Rounding::Up, Rounding::Down) } else { (Rounding::Down, Rounding::Up) };
+    let steps = format!("--steps-per-turn {}", cut(outside.nearest, inside));
+    let resolution = mm_per_turn.and_then(|mm| mm.over(outside.nearest));
+    let resolution = resolution.map(|resolution| cut(resolution, outwards));
+    let mut nearest = match resolution {
+        Some(resolution) if !resolution.is_zero() => format!("--resolution-mm {resolution}"),
+        _ => steps,
+    };
+    if let Some(turns) = outside.nearest_turns {
+        nearest.push_str(&format!(", or --turns {}", turns.numerator()));
+    }
+    format!(
+        "{} steps per turn over {} turns are {} positions; allowed are 17..16777216 \
+         (measuring length 10h..FFFFFFh); nearest that works: {nearest}",
+        show(steps_per_turn),
+        show(turns.value()),
+        show(outside.positions),
+    )
+}
+
+pub(crate) fn linear_range(arguments: &LinearArguments) -> Result<Linear, Failure> {
+    let (length, resolution) = (arguments.length_mm, arguments.resolution_mm);
+    linear(length, resolution).map_err(|ResolutionOutside { steps, nearest }| {
+        bad_input(format!(
+            "{} mm in steps of {} mm are {} steps; allowed are 1..16777215 (FFFFFFh); nearest that works: \
+             --resolution-mm {}",
+            show(length),
+            show(resolution),
+            show(steps),
+            cut(nearest, Rounding::Up),
+        ))
+    })
+}
