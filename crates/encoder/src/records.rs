@@ -247,6 +247,7 @@ fn put(memory: &mut impl Storage, at: u32, count: [u8; 4], value: &[u8], sum: [u
 }
 
 fn reads_back(memory: &mut impl Storage, at: u32, count: [u8; 4], value: &[u8], sum: [u8; 4]) -> bool {
+    debug_assert!(value.len() <= LONGEST, "a record of {} bytes, the longest has {LONGEST}", value.len());
     let mut image = [0_u8; OVERHEAD + LONGEST];
     let Some(slot) = image.get_mut(..OVERHEAD + value.len()) else { return false };
     let expected = [IN_FORCE].into_iter().chain(count).chain(value.iter().copied()).chain(sum);

@@ -132,7 +132,9 @@ impl Program {
     pub fn set(&mut self, parameter: Parameter, value: u32) -> Result<(), crate::RequestError> {
         let request = Request::write(self.model, parameter, value)?;
         // A legal value has a normalised form.
-        let stored = parameter.normalise(self.model, request.data()).unwrap_or(request.data());
+        let normalised = parameter.normalise(self.model, request.data());
+        debug_assert!(normalised.is_ok(), "{parameter:?}: {normalised:?}");
+        let stored = normalised.unwrap_or(request.data());
         if let Some(wanted) = self.wanted.get_mut(parameter as usize) {
             *wanted = Some(stored);
         }

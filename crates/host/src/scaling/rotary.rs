@@ -105,12 +105,18 @@ impl RotaryScaling {
             return None;
         }
         Some(TooLarge {
-            // At most 4096 turns, so there is one.
-            smallest_fraction: Fraction::at_least(Ratio::of(self.positions(), native))
-                .unwrap_or(Fraction::MAX),
+            smallest_fraction: self.smallest_fraction(native),
             // Below the refused one, and 40 or more: 4096/99 positions and more.
             largest_measuring_length: (native * n / d - 1) as u32,
         })
+    }
+
+    /// The smallest fraction whose turns have at least as many native steps as there are positions. These are at most
+    /// 2^24, of which a turn has 4096 or more, so there is one.
+    fn smallest_fraction(self, native: u128) -> Fraction {
+        let found = Fraction::at_least(Ratio::of(self.positions(), native));
+        debug_assert!(found.is_some(), "{} positions at {native} a turn", self.positions());
+        found.unwrap_or(Fraction::MAX)
     }
 
     /// The verdict on the zero. Exactly when 4096 * D is a multiple of N does a turn count that is wrong by 4096 turns
