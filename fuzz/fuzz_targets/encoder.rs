@@ -290,10 +290,10 @@ impl Bench {
             }
             Operation::Supply { millivolts } => {
                 self.around.supply_mv = u32::from(millivolts);
-                self.node.supply(self.around.supply_mv);
+                self.node.supply(self.now, self.around.supply_mv);
             }
             Operation::PowerCycle => {
-                self.node.supply(0);
+                self.node.supply(self.now, 0);
                 self.around.supply_mv = 24_000;
             }
             Operation::Fail { kind, cell } => {
@@ -312,7 +312,7 @@ impl Bench {
 
     /// Whatever happened, a new supply and a sound memory make it answer again.
     fn recovers(mut self) {
-        self.node.supply(0);
+        self.node.supply(self.now, 0);
         self.node.memory_mut().repair();
         self.around.supply_mv = 24_000;
         self.exchange(OutWord(0));
@@ -322,10 +322,10 @@ impl Bench {
         assert_eq!(word.0 >> 24 & 0xDF, 0x88, "{word} is no reply to a data check");
         self.holds();
         // Nothing is lost by switching it off and on again.
-        self.node.supply(0);
+        self.node.supply(self.now, 0);
         let before = *self.node.memory().image();
         self.exchange(OutWord(0));
-        self.node.supply(0);
+        self.node.supply(self.now, 0);
         let sound = Node::with_memory(*self.node.unit(), Eeprom::from_image(before));
         assert_eq!(sound.memory().image(), self.node.memory().image(), "standing still writes nothing");
     }

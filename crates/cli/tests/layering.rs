@@ -75,7 +75,7 @@ fn crates_depend_on_each_other_as_the_architecture_says_and_need_every_permissio
 
 #[test]
 fn the_core_builds_without_the_standard_library() {
-    for core in ["words", "encoder", "ring", "host"] {
+    for core in ["words", "encoder", "ring", "host", "device"] {
         let lib = std::fs::read_to_string(root().join(format!("crates/{core}/src/lib.rs"))).unwrap();
         assert!(lib.lines().any(|line| line == "#![no_std]"), "{core}");
         assert!(!lib.contains("extern crate alloc"), "{core}");

@@ -17,8 +17,9 @@ pub mod waveform;
 pub mod wire;
 pub mod world;
 
+pub use encoring_device::Surroundings;
 pub use memory::{CellFault, Eeprom};
-pub use node::{Node, Surroundings};
+pub use node::Node;
 pub use scenario::{Level, Scenario, ScenarioError};
 pub use waveform::Waveform;
 pub use wire::Wire;

@@ -2,11 +2,12 @@
 
 use std::fmt;
 
+use encoring_device::Surroundings;
 use encoring_encoder::{Magnet, Terminals};
 use encoring_trace::{Input, Row};
 use encoring_words::{Instant, OutWord};
 
-use crate::node::{Node, Surroundings};
+use crate::node::Node;
 
 /// A row whose IN word is not what the device gave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

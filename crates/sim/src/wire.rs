@@ -87,13 +87,13 @@ impl Wire {
         }
     }
 
-    /// `true` once the device has taken an OUT word since it was switched on.
-    #[must_use]
-    pub fn has_taken(&self, position: usize) -> bool {
-        match self {
+    /// The same; `None` before the device has taken an OUT word since it was switched on.
+    pub(crate) fn taken(&self, position: usize, now: Instant) -> Option<OutWord> {
+        let has_taken = match self {
             Self::Word(ring) => ring.has_taken(position),
             Self::Bit(wire) => wire.ring.slaves().get(position).is_some_and(Slave::has_taken),
-        }
+        };
+        has_taken.then(|| self.out_word(position, now))
     }
 
     /// The lamp BA [R139].

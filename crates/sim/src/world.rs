@@ -1,9 +1,10 @@
 //! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
 
+use encoring_device::{OFF_BELOW_MV, Surroundings};
 use encoring_encoder::Terminals;
 use encoring_ring::diagnostics::Place as FaultPlace;
 use encoring_ring::frame::frame_bits;
-use encoring_ring::profile::{ENCODER_BYTES, RESET_AFTER};
+use encoring_ring::profile::ENCODER_BYTES;
 use encoring_ring::slave::{Condition, Jumper, Lamps};
 use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict};
 use encoring_trace::{Input, Row};
@@ -14,7 +15,7 @@ use rand_pcg::Pcg64Mcg;
 use crate::fault::PER_MILLION;
 use crate::memory::Eeprom;
 use crate::motion::Motion;
-use crate::node::{Node, OFF_BELOW_MV, Surroundings};
+use crate::node::Node;
 use crate::scenario::{Change, Chip, Event, Happening, LineFault, NewMotion, Scenario};
 use crate::tap::Tap;
 use crate::wire::{Trouble, Wire};
@@ -47,8 +48,6 @@ pub struct Place {
     /// The motion before, for samples that lie before the present one began.
     earlier: Option<(Motion, Instant)>,
     around: Surroundings,
-    supplied_since: Instant,
-    last_exchange: Instant,
     /// The device has not had its supply all through the present cycle.
     interrupted: bool,
     /// The supply failed since the last cycle, even if it is back.
@@ -87,19 +86,8 @@ impl World {
         if encoders > ENCODERS_MAX {
             return Err(TooManyEncoders { encoders });
         }
-        let places = scenario.devices.iter().map(|device| Place {
-            node: Node::new(device.unit),
-            motion: device.motion.clone(),
-            motion_since: Instant::ZERO,
-            earlier: None,
-            around: Surroundings::default(),
-            supplied_since: Instant::ZERO,
-            last_exchange: Instant::ZERO,
-            interrupted: false,
-            dipped: false,
-            chip: Chip::Running,
-            jumper: Jumper::Closed,
-        });
+        let places =
+            scenario.devices.iter().map(|device| Place::new(Node::new(device.unit), device.motion.clone()));
         let ring = Wire::new(scenario.level, encoders, &scenario.cycle_time, scenario.seed);
         Ok(Self {
             now: Instant::ZERO,
@@ -121,6 +109,7 @@ impl World {
     pub fn insert_memory(&mut self, position: usize, memory: Eeprom) {
         if let Some(place) = self.places.get_mut(position) {
             place.node = Node::with_memory(*place.node.unit(), memory);
+            place.node.supply(self.now, place.around.supply_mv);
         }
     }
 
@@ -321,11 +310,8 @@ impl World {
             Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
             Change::Supply(millivolts) => {
                 let was_on = place.node.encoder().is_some();
-                if !place.is_supplied() {
-                    place.supplied_since = at;
-                }
                 place.around.supply_mv = *millivolts;
-                place.node.supply(*millivolts);
+                place.node.supply(at, *millivolts);
                 if *millivolts < OFF_BELOW_MV {
                     place.dipped = true;
                     if was_on {
@@ -412,51 +398,34 @@ impl World {
         self.line_chance.random_range(0..u64::from(PER_MILLION)) < bits * u64::from(chance)
     }
 
-    /// The exchange at the end of a cycle that reached the device, good or bad. A device that has not taken an OUT
-    /// word since it was switched on waits for its first: were it told 0 meanwhile, a service bit that stood all
-    /// through a power dip would look like a new request.
+    /// The exchange at the end of a cycle that reached the device, good or bad.
     fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
-        let is_on = self.places.get(position).is_some_and(|place| place.node.encoder().is_some());
-        if is_on || self.ring.has_taken(position) {
+        let taken = self.ring.taken(position, ends);
+        if self.places.get(position).is_some_and(|place| place.node.device().exchanges_after_cycle(taken)) {
             self.exchange(position, ends);
         }
     }
 
-    /// Without cycles there is an exchange every refresh time, with the last OUT word until the chip resets, then
-    /// with 0. A device that was just switched on has no last word, and waits for the ring until then.
+    /// The exchanges of a device that no cycle reaches, the last word of its chip standing or forgotten.
     fn exchange_without_cycles(&mut self, position: usize, until: Instant) {
-        loop {
-            let Some(place) = self.places.get(position) else { return };
-            let next = place.last_exchange + place.node.unit().model().refresh();
-            if !place.is_supplied() || next > until {
-                return;
-            }
-            if place.node.encoder().is_some() {
-                self.exchange(position, next);
-            } else if until.since(place.supplied_since) > RESET_AFTER {
-                // The first is due now, not for all the time before.
-                self.exchange(position, until);
-            } else {
-                return;
-            }
+        while let Some(at) =
+            self.places.get(position).and_then(|place| place.node.device().due_without_cycles(until))
+        {
+            self.exchange(position, at);
         }
     }
 
     fn exchange(&mut self, position: usize, at: Instant) {
-        let out = self.ring.out_word(position, at);
+        let taken = self.ring.taken(position, at);
         let Some(place) = self.places.get_mut(position) else { return };
-        if !place.is_supplied() {
-            return;
-        }
-        let told_at = place.node.encoder().map_or(at, |encoder| encoder.refreshed_at(at));
-        place.around.terminals.raw = place.raw(told_at);
-        place.last_exchange = at;
+        let out = place.node.device().hears(taken);
+        place.around.terminals.raw = place.raw(place.node.device().looks_at(at));
         let around = place.around;
         let input = place.node.step(at, out, &around);
         if input.is_none() {
             // The memory's power cut took the supply with it.
             place.around.supply_mv = 0;
-            place.node.supply(0);
+            place.node.supply(at, 0);
             self.lose(position);
         } else if let Some(answer) = self.answers.get_mut(position) {
             *answer = input;
@@ -482,6 +451,23 @@ impl World {
 }
 
 impl Place {
+    /// A device with its supply, its shaft moving from the beginning of time.
+    fn new(mut node: Node, motion: Motion) -> Self {
+        let around = Surroundings::default();
+        node.supply(Instant::ZERO, around.supply_mv);
+        Self {
+            node,
+            motion,
+            motion_since: Instant::ZERO,
+            earlier: None,
+            around,
+            interrupted: false,
+            dipped: false,
+            chip: Chip::Running,
+            jumper: Jumper::Closed,
+        }
+    }
+
     /// Whether its chip works in the present cycle.
     const fn condition(&self) -> Condition {
         match (self.interrupted, self.chip) {
@@ -515,6 +501,6 @@ impl Place {
     /// Whether its supply suffices.
     #[must_use]
     pub const fn is_supplied(&self) -> bool {
-        self.around.supply_mv >= OFF_BELOW_MV
+        self.around.is_supplied()
     }
 }

@@ -45,10 +45,10 @@ fn overvoltage_is_noted_above_28_35_v_and_harms_nothing() {
         let back = set(40.0, 1, "supply_v = 24.0");
         let mut ring = Ring::new(&format!("{}{event}{back}", three([1_000, 2_000, 3_000])));
         ring.run_to_ms(30.0);
-        assert_eq!(ring.world.places()[1].node().overvoltage(), over, "{volts} V");
-        assert!(!ring.world.places()[0].node().overvoltage());
+        assert_eq!(ring.world.places()[1].node().device().overvoltage(), over, "{volts} V");
+        assert!(!ring.world.places()[0].node().device().overvoltage());
         ring.run_to_ms(50.0);
-        assert!(!ring.world.places()[1].node().overvoltage());
+        assert!(!ring.world.places()[1].node().device().overvoltage());
         assert_eq!(ring.position(1), 2_000);
     }
 }

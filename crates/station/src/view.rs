@@ -200,7 +200,7 @@ impl DeviceView {
             model: unit.model().name(),
             on: place.is_supplied(),
             supply_mv: around.supply_mv,
-            overvoltage: node.overvoltage(),
+            overvoltage: node.device().overvoltage(),
             preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
             raw: place.raw(now),
             out: out.to_string(),

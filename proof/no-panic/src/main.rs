@@ -1,4 +1,4 @@
-//! Links only if no panic path is left in `words`, `encoder`, `ring` and `host::validity`.
+//! Links only if no panic path is left in `words`, `encoder`, `ring`, `device` and `host::validity`.
 //!
 //! Every entry of them is called with values that the compiler cannot know. The panic handler calls a
 //! function that exists nowhere: if any path to a panic survives the optimiser, the linker names it. Formatting
@@ -11,6 +11,7 @@ use core::hint::black_box;
 use core::num::NonZeroU32;
 
 use embedded_storage::{ReadStorage, Storage};
+use encoring_device::{BusDevice, Surroundings};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
 use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
 use encoring_host::Seen;
@@ -131,10 +132,10 @@ fn words() {
     black_box(Instant(any()).since(Instant(any())));
 }
 
-fn encoder() {
+fn unit() -> Option<Unit> {
     let sensor =
         if any() { Sensor::Rotary { steps_per_turn: any() } } else { Sensor::Linear { rod_um: any() } };
-    let Ok(mut unit) = Unit::new(model(), sensor) else { return };
+    let mut unit = Unit::new(model(), sensor).ok()?;
     let week: &str = black_box("41/1997");
     if let (Ok(week), Ok(other)) = (week.parse::<Week>(), Week::new(any(), any())) {
         unit.firmware = if any() { week } else { other };
@@ -146,6 +147,11 @@ fn encoder() {
         preset_adjustment: Duration(any()),
     };
     unit.zero_loss = if any() { ZeroLoss::Nearest } else { ZeroLoss::WorstAllowed };
+    Some(unit)
+}
+
+fn encoder() {
+    let Some(unit) = unit() else { return };
     let mut memory = black_box(Memory([0; EEPROM_BYTES]));
     black_box(records::format(&unit, &mut memory).is_ok());
     for record in Record::of(model()) {
@@ -168,6 +174,29 @@ fn encoder() {
         ));
     }
     encoder.power_off(&mut memory);
+    black_box(&memory.0);
+}
+
+fn device() {
+    let Some(unit) = unit() else { return };
+    let mut memory = black_box(Memory([0; EEPROM_BYTES]));
+    let mut device = BusDevice::new(unit);
+    while any() {
+        let magnet = if any() { Magnet::Present } else { Magnet::Missing };
+        let terminals = Terminals { raw: any(), magnet, preset_mv: [any(), any()] };
+        let around = Surroundings { terminals, supply_mv: any() };
+        let taken = if any() { Some(OutWord(any())) } else { None };
+        black_box((device.exchanges_after_cycle(taken), device.due_without_cycles(Instant(any()))));
+        black_box(device.looks_at(Instant(any())));
+        let out = device.hears(taken);
+        black_box(device.exchange(Instant(any()), out, &around, &mut memory));
+        black_box(device.ssi_clock(Instant(any()), level(), &around, &mut memory));
+        black_box((device.overvoltage(), device.encoder().is_some(), device.unit().model()));
+        device.supply(Instant(any()), any(), &mut memory);
+        if any() {
+            device.cut();
+        }
+    }
     black_box(&memory.0);
 }
 
@@ -288,6 +317,7 @@ fn bits() {
 pub extern "C" fn _start() -> ! {
     words();
     encoder();
+    device();
     ring();
     validity();
     bits();
