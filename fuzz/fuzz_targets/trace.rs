@@ -2,11 +2,11 @@
 #![no_main]
 
 use encoring_sim::device_line::{from_device, to_device};
-use encoring_trace::{Device, Reader, Row, Writer};
+use encoring_trace::{DeviceLine, Reader, Row, Writer};
 use libfuzzer_sys::fuzz_target;
 
 /// The devices and the rows before the first error; `None` if not even the header can be read.
-fn read(bytes: &[u8]) -> Option<(Option<Vec<Device>>, Vec<Row>)> {
+fn read(bytes: &[u8]) -> Option<(Option<Vec<DeviceLine>>, Vec<Row>)> {
     let mut reader = match Reader::new("fuzz.csv", bytes) {
         Ok(reader) => reader,
         Err(refused) => {
@@ -26,7 +26,7 @@ fn read(bytes: &[u8]) -> Option<(Option<Vec<Device>>, Vec<Row>)> {
     Some((devices, rows))
 }
 
-fn written(devices: Option<&[Device]>, rows: &[Row]) -> Vec<u8> {
+fn written(devices: Option<&[DeviceLine]>, rows: &[Row]) -> Vec<u8> {
     let mut writer = match devices {
         Some(devices) => Writer::recording(Vec::new(), devices),
         None => Writer::new(Vec::new()),
@@ -46,8 +46,8 @@ fuzz_target!(|bytes: &[u8]| {
     // Lines may differ, and the trace of one encoder is written without its position.
     let plain = |row: &Row| Row { line: 0, position: row.position.filter(|_| devices.is_some()), ..*row };
     assert!(rows.iter().map(plain).eq(rows_again.iter().map(plain)), "{rows:?}\n{rows_again:?}");
-    let named = |devices: &[Device]| -> Vec<Device> {
-        devices.iter().map(|device| Device { line: 0, ..device.clone() }).collect()
+    let named = |devices: &[DeviceLine]| -> Vec<DeviceLine> {
+        devices.iter().map(|device| DeviceLine { line: 0, ..device.clone() }).collect()
     };
     assert_eq!(devices.as_deref().map(named), devices_again.as_deref().map(named));
     assert_eq!(written(devices_again.as_deref(), &rows_again), file, "written twice is written the same");

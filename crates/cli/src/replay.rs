@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use encoring_encoder::{ServiceTimes, Unit};
 use encoring_sim::replay::{Difference, compare, play};
 use encoring_sim::{Node, device_line};
-use encoring_trace::{Device, Reader, Row, Writer};
+use encoring_trace::{DeviceLine, Reader, Row, Writer};
 use encoring_words::Model;
 use encoring_words::model::Sensor;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -332,7 +332,7 @@ impl<'a> Player<'a> {
 }
 
 /// The encoder to play; a recording never leaves the choice to chance.
-fn device_at<'a>(at: Option<u8>, devices: &'a [Device], file: &str) -> Result<&'a Device, Failure> {
+fn device_at<'a>(at: Option<u8>, devices: &'a [DeviceLine], file: &str) -> Result<&'a DeviceLine, Failure> {
     let positions = devices.iter().map(|device| device.position.to_string()).collect::<Vec<_>>().join(", ");
     let positions = if positions.is_empty() { "none".to_owned() } else { positions };
     match at {

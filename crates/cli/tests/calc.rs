@@ -4,7 +4,7 @@
 use std::process::Command;
 
 use encoring_encoder::Unit;
-use encoring_host::scaling::{Judged, Native, Step, linear, rotary};
+use encoring_host::scaling::{HandshakeWord, Judged, Native, linear, rotary};
 use encoring_sim::{Node, Surroundings};
 use encoring_words::model::Sensor;
 use encoring_words::{Instant, Model, OutWord};
@@ -320,7 +320,7 @@ fn it_explains_itself_with_examples() {
 
 /// A new encoder that takes a sequence word by word; then its position at each of these shafts.
 fn positions_after<const SHAFTS: usize>(
-    sequence: impl Iterator<Item = Step>,
+    sequence: impl Iterator<Item = HandshakeWord>,
     sensor: Sensor,
     shafts: [i64; SHAFTS],
 ) -> [u32; SHAFTS] {

@@ -31,7 +31,7 @@ pub struct Program {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Report<E> {
     /// One row for each parameter of the model.
-    pub rows: [Option<Row>; PARAMETERS.len()],
+    pub rows: [Option<ParameterRow>; PARAMETERS.len()],
     /// What IN showed before.
     pub shown_before: Option<InWord>,
     /// What IN shows now.
@@ -46,7 +46,7 @@ pub struct Report<E> {
 
 /// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct ParameterRow {
     /// Which.
     pub parameter: Parameter,
     /// What it held before; `None` if it was not read.
@@ -103,7 +103,7 @@ pub enum Stopped<E> {
     },
 }
 
-impl Row {
+impl ParameterRow {
     /// `true` if it is to get another value than it has.
     #[must_use]
     pub fn changes(&self) -> bool {
@@ -185,7 +185,7 @@ impl Program {
 #[derive(Clone, Copy, Debug)]
 pub struct Prepared<E> {
     program: Program,
-    rows: [Option<Row>; PARAMETERS.len()],
+    rows: [Option<ParameterRow>; PARAMETERS.len()],
     shown_before: Option<InWord>,
     earlier: ErrorStatus,
     /// Something was written, so that the encoder may differ from what it was.
@@ -198,14 +198,19 @@ impl<E: Copy> Prepared<E> {
     fn new(program: Program) -> Self {
         let rows = PARAMETERS.map(|parameter| {
             let known = parameter.service().known_to(program.model);
-            known.then_some(Row { parameter, before: None, wanted: program.wanted(parameter), now: None })
+            known.then_some(ParameterRow {
+                parameter,
+                before: None,
+                wanted: program.wanted(parameter),
+                now: None,
+            })
         });
         let earlier = ErrorStatus::empty();
         Self { program, rows, shown_before: None, earlier, written: false, stopped: None }
     }
 
     /// What the encoder holds, and what it is to hold.
-    pub fn rows(&self) -> impl Iterator<Item = &Row> {
+    pub fn rows(&self) -> impl Iterator<Item = &ParameterRow> {
         self.rows.iter().flatten()
     }
 
@@ -230,7 +235,7 @@ impl<E: Copy> Prepared<E> {
     /// `true` if some value will be written.
     #[must_use]
     pub fn changes(&self) -> bool {
-        self.rows().any(Row::changes)
+        self.rows().any(ParameterRow::changes)
     }
 
     /// `true` if the same place will have another position afterwards: direction, code or scaling change.
@@ -360,7 +365,7 @@ impl<E: Copy> Prepared<E> {
         restored &= accepted.is_ok_and(|checked| !checked.remains);
         for row in self.rows.iter_mut().flatten().filter(|row| row.wanted.is_some()) {
             // One by one, so that one that fails leaves the others known.
-            let mut alone = [Some(Row { now: None, ..*row })];
+            let mut alone = [Some(ParameterRow { now: None, ..*row })];
             let _ = find_out(services, model, &mut alone, |_| true);
             let [alone] = alone;
             row.now = alone.and_then(|row| row.now);
@@ -375,7 +380,7 @@ impl<E: Copy> Prepared<E> {
 fn store<S: Services>(
     services: &mut S,
     model: Model,
-    row: &mut Row,
+    row: &mut ParameterRow,
     value: u32,
 ) -> Result<(), Failure<S::Error>> {
     let request = Request::write(model, row.parameter, value).map_err(Failure::Request)?;
@@ -418,8 +423,8 @@ fn check_once_more<S: Services>(services: &mut S) -> Result<Check, Failure<S::Er
 fn find_out<S: Services>(
     services: &mut S,
     model: Model,
-    rows: &mut [Option<Row>],
-    pick: impl Fn(&Row) -> bool,
+    rows: &mut [Option<ParameterRow>],
+    pick: impl Fn(&ParameterRow) -> bool,
 ) -> Result<(), Failure<S::Error>> {
     let mut doubts = false;
     for row in rows.iter_mut().flatten().filter(|row| pick(row)) {

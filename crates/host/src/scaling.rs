@@ -23,5 +23,5 @@ mod sequence;
 pub use fraction::{Choice, Chosen, Fraction, Turns, TurnsOutside};
 pub use linear::{Linear, LinearScaling, ResolutionOutside, linear};
 pub use ratio::{Deviation, NumberError, Ratio, Rounded, Rounding};
-pub use rotary::{LengthOutside, Native, Rotary, RotaryError, RotaryScaling, TooLarge, ZeroLoss, rotary};
-pub use sequence::{Expected, Judged, Phase, Step};
+pub use rotary::{LengthOutside, Native, Rotary, RotaryError, RotaryScaling, TooLarge, ZeroRisk, rotary};
+pub use sequence::{Expected, HandshakeWord, Judged, Stage};

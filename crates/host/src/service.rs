@@ -81,7 +81,7 @@ impl Check {
 
 /// A value that was read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Value {
+pub struct ReadValue {
     /// Bits 23..0: what is programmed, which need not be what the position is computed with [C7].
     pub value: u32,
     /// An error was pending before, so this service could not report one of its own: a record of the EEPROM that
@@ -89,7 +89,7 @@ pub struct Value {
     pub error_before: bool,
 }
 
-impl Value {
+impl ReadValue {
     /// The value, unless it could be the 0 of a record that cannot be read.
     #[must_use]
     pub const fn sure(self) -> Option<u32> {
@@ -154,8 +154,8 @@ pub fn read<S: Services>(
     services: &mut S,
     model: Model,
     parameter: Parameter,
-) -> Result<Value, Failure<S::Error>> {
+) -> Result<ReadValue, Failure<S::Error>> {
     let request = Request::read(model, parameter).map_err(Failure::Request)?;
     let (reply, error_before) = carry_out(services, request)?;
-    Ok(Value { value: reply.data, error_before })
+    Ok(ReadValue { value: reply.data, error_before })
 }

@@ -13,7 +13,7 @@
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::unit::NotAWeek;
 use encoring_encoder::{ServiceTimes, Unit, UnitError, ZeroLoss};
-use encoring_trace::Device;
+use encoring_trace::DeviceLine;
 use encoring_words::model::{Sensor, UnknownModel};
 use encoring_words::{Duration, Model};
 
@@ -76,7 +76,7 @@ pub enum Error {
 
 /// The device line of an encoder at a ring position.
 #[must_use]
-pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> Device {
+pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> DeviceLine {
     let sensor = match unit.sensor() {
         Sensor::Rotary { steps_per_turn } => (NATIVE, steps_per_turn.to_string()),
         Sensor::Linear { rod_um } => (ROD_UM, rod_um.to_string()),
@@ -89,7 +89,7 @@ pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> Device {
         (SERVICE_TIMES, times.join("/")),
         (ZERO_LOSS, zero_loss_name(unit.zero_loss).to_owned()),
     ];
-    Device {
+    DeviceLine {
         line: 0,
         position,
         model: unit.model().name().to_owned(),
@@ -101,8 +101,8 @@ pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> Device {
 /// The encoder and the memory of a device line.
 ///
 /// # Errors
-/// [`Error`] with what is wrong; the line itself is [`Device::line`].
-pub fn from_device(device: &Device) -> Result<(Unit, Eeprom), Error> {
+/// [`Error`] with what is wrong; the line itself is [`DeviceLine::line`].
+pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
     let model =
         device.model.parse().map_err(|reason| Error::Model { model: device.model.clone(), reason })?;
     let mut native = None;
@@ -191,9 +191,9 @@ mod tests {
 
     const Q4096: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
 
-    fn device(model: &str, settings: &[(&str, &str)]) -> Device {
+    fn device(model: &str, settings: &[(&str, &str)]) -> DeviceLine {
         let own = |(key, value): &(&str, &str)| ((*key).to_owned(), (*value).to_owned());
-        Device {
+        DeviceLine {
             line: 2,
             position: 0,
             model: model.to_owned(),
@@ -218,7 +218,8 @@ mod tests {
             Unit::new(Model::La66, Sensor::Linear { rod_um: 500_000 }).unwrap(),
         ];
         let memory = Eeprom::from_image(std::array::from_fn(|byte| byte as u8));
-        let devices: Vec<Device> = (0..).zip(&units).map(|(at, unit)| to_device(at, unit, &memory)).collect();
+        let devices: Vec<DeviceLine> =
+            (0..).zip(&units).map(|(at, unit)| to_device(at, unit, &memory)).collect();
         let file = Writer::recording(Vec::new(), &devices).unwrap().into_inner();
         let reader = Reader::new("units.csv", file.as_slice()).unwrap();
         let read: Vec<_> = reader.recording().unwrap().devices.iter().map(from_device).collect();

@@ -13,7 +13,7 @@ use std::io;
 use encoring_ring::diagnostics::status;
 use encoring_ring::master::State;
 use encoring_ring::{Master, Verdict};
-use encoring_trace::wave::{Format, Id, Signals, Sink, UNIT_NS, Value, Writer};
+use encoring_trace::wave::{Format, Id, Signals, Sink, UNIT_NS, Value, WaveWriter};
 use encoring_words::InWord;
 
 use crate::tap::{Change, Tap, out_values, service_bit};
@@ -46,7 +46,7 @@ fn verdict_codes(verdict: Verdict) -> (Value, Value) {
 
 /// A waveform of a world, under way.
 pub struct Waveform<W: Sink> {
-    writer: Writer<W>,
+    writer: WaveWriter<W>,
     verdict: Id,
     segment: Id,
     master: Option<MasterSignals>,
@@ -169,7 +169,7 @@ impl<W: Sink> Waveform<W> {
                 chip,
             });
         }
-        let writer = Writer::new(format, sink, writer, &signals)?;
+        let writer = WaveWriter::new(format, sink, writer, &signals)?;
         world.set_tap(tap);
         Ok(Self { writer, verdict, segment, master, encoders, waiting: Vec::new(), ended: 0 })
     }

@@ -5,7 +5,7 @@ use std::iter::FusedIterator;
 
 use crate::columns::{Column, Row};
 use crate::error::{Error, Problem, excerpt};
-use crate::header::{self, DEVICE_LINE_LIMIT, Device, Recording};
+use crate::header::{self, DEVICE_LINE_LIMIT, DeviceLine, Recording};
 use crate::lines::Lines;
 
 const LINE_LIMIT: usize = 4096;
@@ -160,7 +160,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// Begins a recording of these encoders. Its rows must have a [`Row::position`].
-    pub fn recording(sink: W, devices: &[Device]) -> io::Result<Self> {
+    pub fn recording(sink: W, devices: &[DeviceLine]) -> io::Result<Self> {
         let head = header::lines(devices).map_err(refusal)?;
         Self::begin(sink, head.into_bytes(), &Column::RECORDING)
     }

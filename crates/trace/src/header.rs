@@ -14,12 +14,12 @@ const MOST_SETTINGS: usize = 64;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recording {
     /// The encoders in the order of their lines, each at a position of its own.
-    pub devices: Vec<Device>,
+    pub devices: Vec<DeviceLine>,
 }
 
 /// One encoder of a recording. Displayed as its line in the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Device {
+pub struct DeviceLine {
     /// The line of the file, from 1. Not written.
     pub line: u64,
     /// The ring position, 0 to 127.
@@ -32,7 +32,7 @@ pub struct Device {
     pub memory: Vec<u8>,
 }
 
-impl fmt::Display for Device {
+impl fmt::Display for DeviceLine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "# device {} {}", self.position, self.model)?;
         for (key, value) in &self.settings {
@@ -53,7 +53,7 @@ pub(crate) fn is_recording(line: &[u8]) -> Result<bool, Problem> {
 }
 
 /// The lines that read back as these devices, or why there are none.
-pub(crate) fn lines(devices: &[Device]) -> Result<String, Problem> {
+pub(crate) fn lines(devices: &[DeviceLine]) -> Result<String, Problem> {
     let mut lines = "# encoring-trace 1\n".to_owned();
     let mut read = Recording::default();
     for device in devices {
@@ -82,7 +82,7 @@ impl Recording {
             return Ok(());
         };
         let words = str::from_utf8(words).map_err(|_| Problem::value(words, "UTF-8"))?;
-        let device = Device::from_words(number, words)?;
+        let device = DeviceLine::from_words(number, words)?;
         // Positions are at most 127, so this also bounds the number of devices.
         if self.devices.iter().any(|known| known.position == device.position) {
             return Err(Problem::Twice { what: "device", name: device.position.to_string() });
@@ -92,7 +92,7 @@ impl Recording {
     }
 }
 
-impl Device {
+impl DeviceLine {
     fn from_words(line: u64, words: &str) -> Result<Self, Problem> {
         let mut words = words.split_ascii_whitespace();
         let not = |word: &str, allowed| Err(Problem::value(word.as_bytes(), allowed));

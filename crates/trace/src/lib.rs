@@ -56,5 +56,5 @@ pub mod wave;
 pub use self::columns::{Input, Row};
 pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
-pub use self::header::{Device, Recording};
+pub use self::header::{DeviceLine, Recording};
 pub use self::log::Log;

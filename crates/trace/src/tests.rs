@@ -2,7 +2,7 @@ use std::io::{self, Read};
 
 use proptest::prelude::*;
 
-use crate::{Device, Error, Input, Reader, Recording, Row, Writer};
+use crate::{DeviceLine, Error, Input, Reader, Recording, Row, Writer};
 
 const HEADER: &str = "time_us,out,raw,preset1_v,preset2_v,supply_v,magnet,in\n";
 const RECORDING: &str = "# encoring-trace 1\n\
@@ -207,8 +207,13 @@ fn a_line_is_bounded() {
     let mut endless = Reader::new("trace.csv", "raw\n".as_bytes().chain(io::repeat(b'1'))).unwrap();
     assert!(endless.next().unwrap().is_err() && endless.next().is_none());
 
-    let device =
-        |bytes| Device { line: 2, position: 1, model: "M".into(), settings: vec![], memory: vec![0; bytes] };
+    let device = |bytes| DeviceLine {
+        line: 2,
+        position: 1,
+        model: "M".into(),
+        settings: vec![],
+        memory: vec![0; bytes],
+    };
     let longest = (16 * 1024 - "# device 1 M memory=".len()) / 2;
     let file = Writer::recording(Vec::new(), &[device(longest)]).unwrap().into_inner();
     assert_eq!(Reader::new("", file.as_slice()).unwrap().recording().unwrap().devices, [device(longest)]);
@@ -257,16 +262,18 @@ fn what_would_not_read_back_is_not_written() {
     writer.flush().unwrap();
     assert!(writer.into_inner().ends_with(b",in\n"));
 
-    let device = Device { line: 0, position: 0, model: "M".into(), settings: vec![], memory: vec![] };
+    let device = DeviceLine { line: 0, position: 0, model: "M".into(), settings: vec![], memory: vec![] };
     let pair = |key: &str, value: &str| vec![(key.to_owned(), value.to_owned())];
     assert!(Writer::recording(Vec::new(), &[device.clone(), device.clone()]).is_err());
     for model in ["", "A B", "A=B", "A\n", "A\r"] {
-        assert!(Writer::recording(Vec::new(), &[Device { model: model.into(), ..device.clone() }]).is_err());
+        assert!(
+            Writer::recording(Vec::new(), &[DeviceLine { model: model.into(), ..device.clone() }]).is_err()
+        );
     }
     for settings in
         [pair("", "v"), pair("k", "v w=x"), pair("k=", "v"), pair("memory", "00"), pair("k", "v\n")]
     {
-        assert!(Writer::recording(Vec::new(), &[Device { settings, ..device.clone() }]).is_err());
+        assert!(Writer::recording(Vec::new(), &[DeviceLine { settings, ..device.clone() }]).is_err());
     }
 }
 

@@ -6,12 +6,12 @@
 //! Times are whole [units](UNIT_NS). Signals stand in scopes below one top; a name has visible ASCII characters only.
 //!
 //! ```
-//! use encoring_trace::wave::{Format, Signals, Value, Writer};
+//! use encoring_trace::wave::{Format, Signals, Value, WaveWriter};
 //!
 //! let mut signals = Signals::new("bench");
 //! signals.scope("encoder");
 //! let service = signals.add("service", 1, Value::Bits(0));
-//! let mut writer = Writer::new(Format::Vcd, std::io::Cursor::new(Vec::new()), "a test", &signals)?;
+//! let mut writer = WaveWriter::new(Format::Vcd, std::io::Cursor::new(Vec::new()), "a test", &signals)?;
 //! writer.change(20, service, Value::Bits(1))?;
 //! let file = writer.finish(40)?.into_inner();
 //! assert!(String::from_utf8(file)?.ends_with("$end\n#20\n1!\n#40\n"));
@@ -176,7 +176,7 @@ fn refusal(message: String) -> io::Error {
 }
 
 /// Writes a waveform, change by change. It holds a few megabytes at most, however long the file grows.
-pub struct Writer<W: Sink> {
+pub struct WaveWriter<W: Sink> {
     body: Body<W>,
     /// Of each signal, how wide it is and what it shows.
     signals: Vec<(u32, Value)>,
@@ -197,7 +197,7 @@ enum Body<W: Sink> {
     Fst(Box<fst::Body<W>>),
 }
 
-impl<W: Sink> Writer<W> {
+impl<W: Sink> WaveWriter<W> {
     /// Begins a waveform at time 0. `writer` is who writes it.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! What `calc` shows: plain data for programs. The text for people is made from the same.
 
 use encoring_host::scaling::{
-    Choice, Deviation, Expected, Fraction, Linear, Native, Phase, Ratio, Rounding, Step, ZeroLoss,
+    Choice, Deviation, Expected, Fraction, HandshakeWord, Linear, Native, Ratio, Rounding, Stage, ZeroRisk,
 };
 use encoring_words::{Model, Service};
 use serde::Serialize;
@@ -146,7 +146,7 @@ impl ValueView {
 }
 
 impl StepView {
-    fn new(step: Step) -> Self {
+    fn new(step: HandshakeWord) -> Self {
         let reply = match step.expected {
             Expected::Position => None,
             Expected::Reply(reply) => Some(reply),
@@ -156,9 +156,9 @@ impl StepView {
             service: step.service.number(),
             service_name: step.service.name(),
             phase: match step.phase {
-                Phase::Prepare => "prepare",
-                Phase::Request => "request",
-                Phase::End => "end",
+                Stage::Prepare => "prepare",
+                Stage::Request => "request",
+                Stage::End => "end",
             },
             out: step.out.to_string(),
             out_high: format!("{:04X}", step.out.high()),
@@ -246,9 +246,9 @@ impl CalcView {
         let too_large = scaling.too_large(native);
         let models = asked.models();
         let gray = models.contains(&Model::Ce65M);
-        let zero = match scaling.zero_loss() {
-            ZeroLoss::Safe => ZeroView { safe: true, shift_turns: 0.0, shift_steps: 0.0 },
-            ZeroLoss::Shift { turns, steps } => {
+        let zero = match scaling.zero_risk() {
+            ZeroRisk::Safe => ZeroView { safe: true, shift_turns: 0.0, shift_steps: 0.0 },
+            ZeroRisk::Shift { turns, steps } => {
                 ZeroView { safe: false, shift_turns: number(turns), shift_steps: number(steps) }
             }
         };
@@ -328,11 +328,11 @@ impl Asked {
             ));
         }
         self.limit_notes(&mut notes);
-        notes.push(match scaling.zero_loss() {
-            ZeroLoss::Safe => {
+        notes.push(match scaling.zero_risk() {
+            ZeroRisk::Safe => {
                 note("zero", "safe: moving the shaft without supply cannot shift the position with this N/D")
             }
-            ZeroLoss::Shift { turns, steps } => note(
+            ZeroRisk::Shift { turns, steps } => note(
                 "zero",
                 format!(
                     "can be lost: after more than 512 turns without supply the position can come back wrong by \

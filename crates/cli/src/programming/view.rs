@@ -4,7 +4,7 @@ use std::fmt;
 
 use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
-use encoring_host::program::{Back, Prepared, Report, Row, Stopped};
+use encoring_host::program::{Back, ParameterRow, Prepared, Report, Stopped};
 use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
@@ -45,7 +45,7 @@ struct RowView {
 }
 
 impl RowView {
-    fn new(row: &Row, model: Model) -> Self {
+    fn new(row: &ParameterRow, model: Model) -> Self {
         Self {
             service: format!("{:02X}", row.parameter.service().number()),
             name: row.parameter.key(),
@@ -58,7 +58,7 @@ impl RowView {
 }
 
 /// The code in which a word shows the position, as far as the rows know.
-fn code(rows: &[&Row], pick: impl Fn(&Row) -> Option<u32>, model: Model) -> Option<Code> {
+fn code(rows: &[&ParameterRow], pick: impl Fn(&ParameterRow) -> Option<u32>, model: Model) -> Option<Code> {
     if model != Model::Ce65M {
         return Some(Code::Binary);
     }
@@ -67,7 +67,7 @@ fn code(rows: &[&Row], pick: impl Fn(&Row) -> Option<u32>, model: Model) -> Opti
 }
 
 impl ProgramView {
-    fn new(target: Target, rows: &[&Row], earlier: ErrorStatus) -> Self {
+    fn new(target: Target, rows: &[&ParameterRow], earlier: ErrorStatus) -> Self {
         let earlier = (!earlier.is_empty()).then(|| StatusView::new(earlier, false, target.model));
         Self {
             target: TargetView::new(target),

@@ -4,7 +4,7 @@ use encoring_words::parameter::{OutOfRange, Parameter, within};
 use encoring_words::{Access, Model, Service};
 
 use super::ratio::{Deviation, Ratio};
-use super::sequence::{Step, data_check, handshake};
+use super::sequence::{HandshakeWord, data_check, handshake};
 
 /// The largest measuring length, FFFFFFh, and the smallest, 1.
 const LENGTH: (u32, u32) = match Parameter::MeasuringLength.range(Model::La66) {
@@ -37,7 +37,7 @@ impl LinearScaling {
     }
 
     /// The words that program it, service 08 at the end.
-    pub fn sequence(self) -> impl Iterator<Item = Step> + Clone {
+    pub fn sequence(self) -> impl Iterator<Item = HandshakeWord> + Clone {
         let write = handshake(Service::MeasuringLength, Access::Write, self.measuring_length);
         write.into_iter().chain(data_check())
     }

@@ -6,7 +6,7 @@ use encoring_words::{Access, Model, Service, gray};
 
 use super::fraction::{Chosen, Fraction, Turns, TurnsOutside};
 use super::ratio::{Deviation, Ratio};
-use super::sequence::{Step, data_check, handshake};
+use super::sequence::{HandshakeWord, data_check, handshake};
 
 /// The smallest and the largest measuring length, 10h and FFFFFFh [R54].
 const LENGTH: (u32, u32) = match Parameter::MeasuringLength.range(Model::Ce100M) {
@@ -55,7 +55,7 @@ pub struct TooLarge {
 
 /// What becomes of the zero if the shaft moves more than 512 turns without supply [R63, C29].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ZeroLoss {
+pub enum ZeroRisk {
     /// It cannot be lost.
     Safe,
     /// It can be: the position is then off by this much.
@@ -122,12 +122,12 @@ impl RotaryScaling {
     /// The verdict on the zero. Exactly when 4096 * D is a multiple of N does a turn count that is wrong by 4096 turns
     /// make no difference.
     #[must_use]
-    pub const fn zero_loss(self) -> ZeroLoss {
+    pub const fn zero_risk(self) -> ZeroRisk {
         let (n, d) = (self.fraction.numerator() as u128, self.fraction.denominator() as u128);
         match SENSOR_TURNS as u128 * d % n {
-            0 => ZeroLoss::Safe,
+            0 => ZeroRisk::Safe,
             rest => {
-                ZeroLoss::Shift { turns: Ratio::of(rest, d), steps: Ratio::of(rest * self.positions(), n) }
+                ZeroRisk::Shift { turns: Ratio::of(rest, d), steps: Ratio::of(rest * self.positions(), n) }
             }
         }
     }
@@ -141,7 +141,7 @@ impl RotaryScaling {
 
     /// The words that program it: services 02, 03, 09, and the data check that makes all three active at once
     /// [R79, R81].
-    pub fn sequence(self) -> impl Iterator<Item = Step> + Clone {
+    pub fn sequence(self) -> impl Iterator<Item = HandshakeWord> + Clone {
         let write = |service, data| handshake(service, Access::Write, data);
         write(Service::MeasuringLength, self.measuring_length)
             .into_iter()
@@ -243,7 +243,7 @@ fn length_outside(
 mod tests {
     extern crate std;
     use super::*;
-    use crate::scaling::{Choice, Expected, Judged, Phase};
+    use crate::scaling::{Choice, Expected, Judged, Stage};
     use encoring_words::model::Sensor;
     use encoring_words::word::{In, Out, ServiceNumber};
     use encoring_words::{ErrorStatus, InWord, OutWord, ParameterSet};
@@ -343,14 +343,14 @@ mod tests {
     #[test]
     fn the_zero_is_safe_exactly_when_a_lost_epoch_cannot_be_seen() {
         for (n, d) in [(4096, 1), (2048, 1), (1, 1), (5, 10), (1, 99), (24, 3), (4096, 3)] {
-            assert_eq!(scaling(9999, n, d).zero_loss(), ZeroLoss::Safe, "{n}/{d}");
+            assert_eq!(scaling(9999, n, d).zero_risk(), ZeroRisk::Safe, "{n}/{d}");
         }
         for (n, d) in [(10, 1), (3, 1), (35, 10), (8192, 1), (65535, 1)] {
-            assert_ne!(scaling(9999, n, d).zero_loss(), ZeroLoss::Safe, "{n}/{d}");
+            assert_ne!(scaling(9999, n, d).zero_risk(), ZeroRisk::Safe, "{n}/{d}");
         }
-        let shift = |turns, steps| ZeroLoss::Shift { turns: Ratio::from(turns), steps: Ratio::from(steps) };
-        assert_eq!(scaling(9999, 10, 1).zero_loss(), shift(6, 6000));
-        assert_eq!(scaling(14335, 35, 10).zero_loss(), shift(1, 4096));
+        let shift = |turns, steps| ZeroRisk::Shift { turns: Ratio::from(turns), steps: Ratio::from(steps) };
+        assert_eq!(scaling(9999, 10, 1).zero_risk(), shift(6, 6000));
+        assert_eq!(scaling(14335, 35, 10).zero_risk(), shift(1, 4096));
     }
 
     #[test]
@@ -479,9 +479,9 @@ mod tests {
             let (n, d) = (u128::from(scaling.fraction.numerator()), u128::from(scaling.fraction.denominator()));
             let place = |turns: u64| u128::from(turns) * d % n;
             let jumped = (place(turns + 4096) + n - place(turns)) % n;
-            match scaling.zero_loss() {
-                ZeroLoss::Safe => prop_assert_eq!(jumped, 0),
-                ZeroLoss::Shift { turns, steps } => {
+            match scaling.zero_risk() {
+                ZeroRisk::Safe => prop_assert_eq!(jumped, 0),
+                ZeroRisk::Shift { turns, steps } => {
                     prop_assert_eq!(turns, Ratio::of(jumped, d));
                     prop_assert_eq!(steps, Ratio::of(jumped * scaling.positions(), n));
                 }
@@ -500,7 +500,7 @@ mod tests {
             prop_assert_eq!(steps.len(), 3 * services.len());
             for (three, (service, access, data)) in steps.chunks(3).zip(services) {
                 let [prepare, request, end] = three else { panic!("three") };
-                prop_assert_eq!((prepare.phase, request.phase, end.phase), (Phase::Prepare, Phase::Request, Phase::End));
+                prop_assert_eq!((prepare.phase, request.phase, end.phase), (Stage::Prepare, Stage::Request, Stage::End));
                 let Out::Request(fields) = request.out.decode() else { panic!("a request") };
                 prop_assert_eq!(fields.service, ServiceNumber::Known(service));
                 prop_assert_eq!((fields.access, fields.data, fields.error, fields.reserve), (access, data, false, false));

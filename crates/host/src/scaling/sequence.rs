@@ -5,11 +5,11 @@ use encoring_words::{Access, InWord, OutWord, Service};
 
 /// One OUT word, and what IN shows before the next may follow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step {
+pub struct HandshakeWord {
     /// The service it belongs to.
     pub service: Service,
     /// Its place in the service's handshake.
-    pub phase: Phase,
+    pub phase: Stage,
     /// What to write.
     pub out: OutWord,
     /// What to wait for.
@@ -18,7 +18,7 @@ pub struct Step {
 
 /// The three words of a handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum Stage {
     /// Service and data, the service bit still 0: both halves are in place before anything counts.
     Prepare,
     /// The same with the service bit, at least one cycle later.
@@ -82,21 +82,21 @@ impl Expected {
 }
 
 /// A service's three steps. `data` is what a write sends; a read sends 0 and expects 0.
-pub(super) fn handshake(service: Service, access: Access, data: u32) -> [Step; 3] {
+pub(super) fn handshake(service: Service, access: Access, data: u32) -> [HandshakeWord; 3] {
     let fields =
         ServiceFields { access, error: false, reserve: false, service: ServiceNumber::Known(service), data };
     let request = OutWord::from(Out::Request(fields));
     let rest = OutWord::from(Out::Normal(request.0));
-    let step = |phase, out, expected| Step { service, phase, out, expected };
+    let step = |phase, out, expected| HandshakeWord { service, phase, out, expected };
     [
-        step(Phase::Prepare, rest, Expected::Position),
-        step(Phase::Request, request, Expected::Reply(InWord(request.0))),
-        step(Phase::End, rest, Expected::Position),
+        step(Stage::Prepare, rest, Expected::Position),
+        step(Stage::Request, request, Expected::Reply(InWord(request.0))),
+        step(Stage::End, rest, Expected::Position),
     ]
 }
 
 /// The three steps of the data check that ends every programming.
-pub(super) fn data_check() -> [Step; 3] {
+pub(super) fn data_check() -> [HandshakeWord; 3] {
     handshake(Service::DataCheck, Access::Read, 0)
 }
 

@@ -19,7 +19,7 @@ fn two() -> (Signals, Id, Id) {
 
 /// Writes these changes and ends at `end`.
 fn written(format: Format, changes: &[(u64, Id, Value)], end: u64) -> Vec<u8> {
-    let mut writer = Writer::new(format, Cursor::new(Vec::new()), "tests", &two().0).unwrap();
+    let mut writer = WaveWriter::new(format, Cursor::new(Vec::new()), "tests", &two().0).unwrap();
     for (at, id, value) in changes {
         writer.change(*at, *id, *value).unwrap();
     }
@@ -110,7 +110,7 @@ fn every_one_of_many_signals_has_a_code_of_its_own() {
     let mut signals = Signals::new("top");
     let ids: Vec<Id> = (0..9_000).map(|k| signals.add(format!("s{k}"), 32, Value::Bits(k))).collect();
     for format in FORMATS {
-        let mut writer = Writer::new(format, Cursor::new(Vec::new()), "tests", &signals).unwrap();
+        let mut writer = WaveWriter::new(format, Cursor::new(Vec::new()), "tests", &signals).unwrap();
         for (id, k) in ids.iter().zip(0..) {
             writer.change(1, *id, Value::Bits(!k)).unwrap();
         }
@@ -125,7 +125,7 @@ fn every_one_of_many_signals_has_a_code_of_its_own() {
 #[test]
 fn what_would_not_read_back_is_refused() {
     let refused = |signals: &Signals| {
-        let begun = Writer::new(Format::Vcd, Cursor::new(Vec::new()), "tests", signals);
+        let begun = WaveWriter::new(Format::Vcd, Cursor::new(Vec::new()), "tests", signals);
         begun.err().map(|error| (error.kind(), error.to_string()))
     };
     for name in ["", "two words", "line\n", "\u{fc}"] {
@@ -139,7 +139,7 @@ fn what_would_not_read_back_is_refused() {
     assert_eq!(refused(&signals).unwrap().1, "\"the $end of it\" holds $end");
 
     let (signals, bit, _) = two();
-    let mut writer = Writer::new(Format::Fst, Cursor::new(Vec::new()), "tests", &signals).unwrap();
+    let mut writer = WaveWriter::new(Format::Fst, Cursor::new(Vec::new()), "tests", &signals).unwrap();
     writer.change(5, bit, Value::Bits(0)).unwrap();
     let message = writer.change(4, bit, Value::Bits(1)).unwrap_err().to_string();
     assert_eq!(message, "4 is before 5, the time of the previous change");
@@ -190,7 +190,7 @@ fn a_full_disk_is_told_as_what_it_is() {
     for format in FORMATS {
         let run = |room| {
             let disk = Disk { file: Cursor::new(Vec::new()), room };
-            let mut writer = Writer::new(format, disk, "tests", &signals)?;
+            let mut writer = WaveWriter::new(format, disk, "tests", &signals)?;
             (1..1_000_u64).try_for_each(|at| writer.change(at, bit, Value::Bits(at as u32)))?;
             writer.finish(1_000)
         };
