@@ -1,12 +1,12 @@
 //! The ring that a command works on: simulated in this process, or real behind a Modbus gateway.
 
-use std::fs::File;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use encoring_bus::{Bus, BusError, Cycle, Inside, LinkEvent, Master, Settling};
 use encoring_encoder::Unit;
+use encoring_files::Lock;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
 use encoring_station::{Simulated, Speed};
@@ -37,7 +37,7 @@ pub(crate) struct Opened {
 
 struct Memories {
     folder: PathBuf,
-    _lock: File,
+    _lock: Lock,
 }
 
 /// Set by Ctrl-C and SIGTERM.

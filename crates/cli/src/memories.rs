@@ -1,16 +1,17 @@
 //! The folder that holds the memories of simulated encoders.
 
-use std::fs::{self, File};
+use std::fs;
 use std::io;
 use std::path::Path;
 
 use encoring_encoder::Unit;
+use encoring_files::Lock;
 use encoring_sim::{World, state};
 
 use crate::output::{Failure, bad_input};
 
 /// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
-pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<File, Failure> {
+pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<Lock, Failure> {
     // First all are read, so that a folder with one foreign file is left as it is.
     let memories: Vec<_> = units
         .iter()
@@ -20,10 +21,9 @@ pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Resu
         .map_err(bad_input)?;
     let problem = |cause: io::Error| bad_input(format!("--state {}: {cause}", folder.display()));
     fs::create_dir_all(folder).map_err(problem)?;
-    let lock = File::create(folder.join("lock")).map_err(problem)?;
-    lock.try_lock().map_err(|_| {
-        bad_input(format!("--state {}: another simulation uses this folder", folder.display()))
-    })?;
+    let lock = Lock::on(&folder.join("lock")).map_err(problem)?;
+    let used = || bad_input(format!("--state {}: another simulation uses this folder", folder.display()));
+    let lock = lock.ok_or_else(used)?;
     for (position, memory) in memories.into_iter().enumerate() {
         if let Some(memory) = memory {
             world.insert_memory(position, memory);

@@ -3,11 +3,10 @@
 //! The file is read in two steps: TOML into tables that refuse unknown keys, then tables into values that exist.
 //! Every error names file, line, value and limit, and nothing is half read.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use encoring_encoder::{Magnet, Unit};
+use encoring_files::read_text;
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
@@ -29,6 +28,9 @@ pub const FILE_BYTES_MAX: u64 = 1 << 20;
 
 /// The most rows of a recorded motion.
 pub const MOTION_ROWS_MAX: usize = 1_000_000;
+
+/// The largest file of a recorded motion, in bytes.
+pub const MOTION_BYTES_MAX: u64 = 1 << 28;
 
 /// The highest voltage that can be set, in volts.
 pub const VOLTS_MAX: f64 = 1_000.0;
@@ -207,15 +209,10 @@ impl Scenario {
     /// [`ScenarioError`] naming the place.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let file = path.display().to_string();
-        let error = |problem| ScenarioError { file: file.clone(), line: None, problem };
-        let mut text = String::new();
-        File::open(path)
-            .and_then(|source| source.take(FILE_BYTES_MAX + 1).read_to_string(&mut text))
-            .map_err(|cause| error(cause.to_string()))?;
-        if text.len() as u64 > FILE_BYTES_MAX {
-            return Err(error(format!("longer than {FILE_BYTES_MAX} bytes")));
+        match read_text(path, FILE_BYTES_MAX) {
+            Ok(text) => Self::parse(&file, &text, path.parent().unwrap_or(Path::new(""))),
+            Err(cause) => Err(ScenarioError { file, line: cause.line(), problem: cause.to_string() }),
         }
-        Self::parse(&file, &text, path.parent().unwrap_or(Path::new("")))
     }
 
     /// Reads a scenario from text. `beside` is the folder of files that it names.

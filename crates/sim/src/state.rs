@@ -3,16 +3,19 @@
 //! One file for each position, `encoder-0.toml`, replaced atomically. The memory stands last, so a file that was cut
 //! off anywhere is noticed.
 
-use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use encoring_encoder::Unit;
 use encoring_encoder::records::EEPROM_BYTES;
+use encoring_files::{Replacement, TextError, read_text};
 use encoring_words::model::Sensor;
 use serde::{Deserialize, Serialize};
 
 use crate::memory::Eeprom;
+
+/// The largest state file, in bytes; a whole one has some 1100.
+const FILE_BYTES_MAX: u64 = 64 * 1024;
 
 /// A file that is no state of this encoder.
 #[derive(Debug, thiserror::Error)]
@@ -64,18 +67,11 @@ pub fn file(folder: &Path, position: usize) -> PathBuf {
 pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Eeprom>, StateError> {
     let file = file(folder, position);
     let error = |problem| StateError { file: file.clone(), problem };
-    // A whole state file has some 1100 bytes.
-    let limit = 64 * 1024;
-    match fs::metadata(&file) {
-        Err(cause) if cause.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(cause) => return Err(error(cause.to_string())),
-        Ok(found) if found.len() > limit => {
-            return Err(error(format!("{} bytes; a state file has at most {limit}", found.len())));
-        }
-        Ok(_) => {}
+    match read_text(&file, FILE_BYTES_MAX) {
+        Err(TextError::System(cause)) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(cause) => Err(error(cause.to_string())),
+        Ok(text) => parse(&text, position, unit).map(Some).map_err(error),
     }
-    let text = fs::read_to_string(&file).map_err(|cause| error(cause.to_string()))?;
-    parse(&text, position, unit).map(Some).map_err(error)
 }
 
 /// The memory in the text of a state file; `position` is only named in what is wrong.
@@ -122,17 +118,17 @@ pub fn write(folder: &Path, position: usize, unit: &Unit, memory: &Eeprom) -> Re
     let file = file(folder, position);
     let text = toml::to_string(&StateTable::of(unit, memory));
     let written = text.map_err(io::Error::other).and_then(|text| {
-        let mut new = tempfile::NamedTempFile::new_in(folder)?;
+        let mut new = Replacement::begin(&file)?;
         new.write_all(text.as_bytes())?;
-        new.as_file().sync_all()?;
-        new.persist(&file)?;
-        Ok(())
+        new.replace()
     });
     written.map_err(|cause| StateError { file, problem: cause.to_string() })
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::node::Node;
     use encoring_words::Model;

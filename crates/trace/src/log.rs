@@ -13,9 +13,11 @@
 //! | `value` | the position in steps, if there is one |
 
 use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions, TryLockError};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
+
+use encoring_files::{Lock, sync_folder};
 
 use crate::columns::Decimal;
 
@@ -196,8 +198,8 @@ impl Log {
         // With its head on the disk a file is known as a log whatever happens.
         self.flush()?;
         self.files += 1;
-        sync_folder(&self.path);
-        Ok(())
+        // So that the new names survive a power cut too.
+        sync_folder(&self.path).map_err(|cause| system(&self.path, "write", cause))
     }
 
     fn rotate(&mut self) -> Result<(), LogError> {
@@ -294,11 +296,7 @@ fn replace(path: &Path, rotation: Rotation) -> Result<File, LogError> {
 }
 
 fn lock(path: &Path, file: &File) -> Result<(), LogError> {
-    match file.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(LogError { file: path.to_owned(), problem: LogProblem::InUse }),
-        // Some file systems know no locks.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-    }
+    Lock::file(file).map_err(|_| LogError { file: path.to_owned(), problem: LogProblem::InUse })
 }
 
 /// Renames the file to `.1`, and those before it upwards as far as there is no gap; the oldest goes if there are too many.
@@ -368,14 +366,6 @@ fn foreign(path: &Path) -> LogError {
 
 fn system(path: &Path, doing: &'static str, cause: io::Error) -> LogError {
     LogError { file: path.to_owned(), problem: LogProblem::System { doing, cause } }
-}
-
-/// So that the new names survive a power cut too. Not every system can do that with a folder.
-fn sync_folder(path: &Path) {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    if let Ok(folder) = File::open(folder.unwrap_or(Path::new("."))) {
-        let _ = folder.sync_all();
-    }
 }
 
 #[cfg(test)]

@@ -13,10 +13,11 @@
 //!
 //! What is not in the file stays as it is when the file is programmed.
 
-use std::fs::File;
-use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, Write};
+use std::path::Path;
 
+use encoring_files::toml_text::{self, Misfit, Wrong};
+use encoring_files::{Replacement, read_text};
 use encoring_words::parameter::{PARAMETERS, Parameter};
 use encoring_words::{Model, word};
 use serde::Deserialize;
@@ -52,9 +53,9 @@ pub struct ParameterFileError {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileTable {
-    version: toml::Spanned<i64>,
-    model: toml::Spanned<String>,
-    native: Option<toml::Spanned<u32>>,
+    version: i64,
+    model: String,
+    native: Option<u32>,
     #[serde(default)]
     parameters: toml::Table,
 }
@@ -66,15 +67,10 @@ impl ParameterFile {
     /// [`ParameterFileError`] naming the place.
     pub fn read(path: &Path) -> Result<Self, ParameterFileError> {
         let file = path.display().to_string();
-        let error = |problem| ParameterFileError { file: file.clone(), line: None, problem };
-        let mut text = String::new();
-        File::open(path)
-            .and_then(|source| source.take(FILE_BYTES_MAX + 1).read_to_string(&mut text))
-            .map_err(|cause| error(cause.to_string()))?;
-        if text.len() as u64 > FILE_BYTES_MAX {
-            return Err(error(format!("longer than {FILE_BYTES_MAX} bytes")));
+        match read_text(path, FILE_BYTES_MAX) {
+            Ok(text) => Self::parse(&file, &text),
+            Err(cause) => Err(ParameterFileError { file, line: cause.line(), problem: cause.to_string() }),
         }
-        Self::parse(&file, &text)
     }
 
     /// Reads a text. The values are numbers of 24 bits for parameters that the model has; whether they are in their
@@ -83,57 +79,29 @@ impl ParameterFile {
     /// # Errors
     /// [`ParameterFileError`] naming the place.
     pub fn parse(file: &str, text: &str) -> Result<Self, ParameterFileError> {
-        let line_at = |offset: usize| {
-            let before = text.as_bytes().get(..offset).unwrap_or(text.as_bytes());
-            1 + before.iter().filter(|byte| **byte == b'\n').count()
-        };
-        let error = |line, problem: String| ParameterFileError { file: file.to_owned(), line, problem };
-        let table: FileTable = toml::from_str(text).map_err(|cause| {
-            let line = cause.span().map(|span| line_at(span.start));
-            error(line, cause.message().replace('\n', "; "))
-        })?;
-        if *table.version.get_ref() != 1 {
-            let problem = format!("version {}; this program reads version 1", table.version.get_ref());
-            return Err(error(Some(line_at(table.version.span().start)), problem));
+        let read =
+            toml_text::parse(text).and_then(|table| Self::of(&table).map_err(|wrong| wrong.in_text(text)));
+        read.map_err(|Misfit { line, problem }| ParameterFileError { file: file.to_owned(), line, problem })
+    }
+
+    fn of(table: &FileTable) -> Result<Self, Wrong> {
+        if table.version != 1 {
+            let problem = format!("version {}; this program reads version 1", table.version);
+            return Err(Wrong::at("version", problem));
         }
-        let at_model = Some(line_at(table.model.span().start));
         let model: Model = table
             .model
-            .get_ref()
             .parse()
-            .map_err(|cause| error(at_model, format!("model {:?}: {cause}", table.model.get_ref())))?;
-        let native = table.native.as_ref().map(|native| {
-            let steps = *native.get_ref();
-            let line = Some(line_at(native.span().start));
-            match (model, steps) {
-                (Model::La66, _) => Err(error(line, "native: a la-66 has no steps per turn".to_owned())),
-                (_, 4096) | (Model::Ce65M, 8192) => Ok(steps),
-                (Model::Ce65M, _) => Err(error(line, format!("native = {steps}; it is 4096 or 8192"))),
-                (Model::Ce100M, _) => Err(error(line, format!("native = {steps}; a ce-100-m has 4096"))),
-            }
-        });
-        let mut values = Vec::new();
-        for (name, value) in &table.parameters {
-            // TOML names no place of a value in a table; its name is in the text once.
-            let line = text.lines().position(|line| line.trim_start().starts_with(name.as_str()));
-            let line = line.map(|index| index + 1);
-            let known = PARAMETERS.into_iter().find(|parameter| parameter.key() == name);
-            let of_model = known.filter(|parameter| parameter.service().known_to(model));
-            let Some(parameter) = of_model else {
-                let names: Vec<_> = parameters_of(model).map(Parameter::key).collect();
-                let problem = format!("{name:?} is no parameter of a {model}; it has {}", names.join(", "));
-                return Err(error(line, problem));
-            };
-            let number = value.as_integer().and_then(|value| u32::try_from(value).ok());
-            let Some(number) = number.filter(|value| *value <= word::DATA_MAX) else {
-                let problem =
-                    format!("{name} = {value}; it must be a whole number from 0 to {}", word::DATA_MAX);
-                return Err(error(line, problem));
-            };
-            values.push((parameter, number));
+            .map_err(|cause| Wrong::at("model", format!("model {:?}: {cause}", table.model)))?;
+        if let Some(native) = table.native {
+            known_native(model, native).map_err(|problem| Wrong::at("native", problem))?;
         }
+        let values = table.parameters.iter().map(|(name, value)| {
+            value_of(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
+        });
+        let mut values = values.collect::<Result<Vec<_>, _>>()?;
         values.sort_by_key(|(parameter, _)| *parameter);
-        Ok(Self { model, native: native.transpose()?, remarks: Vec::new(), values })
+        Ok(Self { model, native: table.native, remarks: Vec::new(), values })
     }
 
     /// The file's text.
@@ -161,16 +129,10 @@ impl ParameterFile {
     /// # Errors
     /// [`ParameterFileError`].
     pub fn write_new(&self, path: &Path) -> Result<(), ParameterFileError> {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
-            _ => PathBuf::from("."),
-        };
         let written = || -> io::Result<()> {
-            let mut new = tempfile::NamedTempFile::new_in(&folder)?;
+            let mut new = Replacement::begin(path)?;
             new.write_all(self.text().as_bytes())?;
-            new.as_file().sync_all()?;
-            new.persist_noclobber(path)?;
-            File::open(&folder)?.sync_all()
+            new.keep_new()
         };
         written().map_err(|cause| ParameterFileError {
             file: path.display().to_string(),
@@ -180,6 +142,27 @@ impl ParameterFile {
                 _ => cause.to_string(),
             },
         })
+    }
+}
+
+fn known_native(model: Model, steps: u32) -> Result<(), String> {
+    match (model, steps) {
+        (Model::La66, _) => Err("native: a la-66 has no steps per turn".to_owned()),
+        (_, 4096) | (Model::Ce65M, 8192) => Ok(()),
+        (Model::Ce65M, _) => Err(format!("native = {steps}; it is 4096 or 8192")),
+        (Model::Ce100M, _) => Err(format!("native = {steps}; a ce-100-m has 4096")),
+    }
+}
+
+fn value_of(model: Model, name: &str, value: &toml::Value) -> Result<(Parameter, u32), String> {
+    let Some(parameter) = parameters_of(model).find(|parameter| parameter.key() == name) else {
+        let names: Vec<_> = parameters_of(model).map(Parameter::key).collect();
+        return Err(format!("{name:?} is no parameter of a {model}; it has {}", names.join(", ")));
+    };
+    let number = value.as_integer().and_then(|value| u32::try_from(value).ok());
+    match number.filter(|value| *value <= word::DATA_MAX) {
+        Some(number) => Ok((parameter, number)),
+        None => Err(format!("{name} = {value}; it must be a whole number from 0 to {}", word::DATA_MAX)),
     }
 }
 
@@ -250,6 +233,13 @@ mod tests {
                 format!("p.toml line 4: numerator = {wrong}; it must be a whole number from 0 to 16777215")
             );
         }
+        // The line of this value, not of the first that begins alike.
+        assert_eq!(
+            refusal(&format!(
+                "{head}[parameters]\n# measuring_length = -1\n\nnumerator = 1\nmeasuring_length = -1\n"
+            )),
+            "p.toml line 7: measuring_length = -1; it must be a whole number from 0 to 16777215"
+        );
         assert!(refusal(&format!("{head}colour = 1\n")).starts_with("p.toml line 3: unknown field"));
         assert!(refusal("").contains("missing field `version`"));
         assert!(

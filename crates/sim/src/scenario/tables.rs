@@ -1,7 +1,6 @@
 //! The tables of a scenario file, as TOML has them, and how each becomes a value that exists.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use encoring_encoder::records::EEPROM_BYTES;
@@ -15,8 +14,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    Change, Chip, Device, Event, Happening, Level, LineFault, MOTION_ROWS_MAX, NewMotion, PER_S_MAX,
-    SECONDS_MAX, VOLTS_MAX,
+    Change, Chip, Device, Event, Happening, Level, LineFault, MOTION_BYTES_MAX, MOTION_ROWS_MAX, NewMotion,
+    PER_S_MAX, SECONDS_MAX, VOLTS_MAX,
 };
 use crate::fault::PER_MILLION;
 use crate::memory::CellFault;
@@ -382,7 +381,7 @@ impl MotionTable {
 
 fn recorded(path: &Path) -> Result<Motion, Problem> {
     let name = path.display().to_string();
-    let source = File::open(path).map_err(|cause| format!("{name}: {cause}"))?;
+    let source = encoring_files::open(path, MOTION_BYTES_MAX).map_err(|cause| format!("{name}: {cause}"))?;
     let rows = encoring_trace::Reader::new(name.clone(), source).map_err(|cause| cause.to_string())?;
     let mut points = Vec::new();
     for row in rows {
