@@ -40,7 +40,7 @@ fn in_process() {
     let mut bus = Simulated::new(world(), Speed::Max);
     let before = bus.now();
     let (done, took) = services(&mut bus, |done| done < IN_PROCESS);
-    let cycles = bus.now().since(before).as_nanos() / bus.world().cycle_time().as_nanos();
+    let cycles = bus.now().since(before).as_nanos() / bus.world().with(|world| world.cycle_time()).as_nanos();
     let mut bare = Simulated::new(world(), Speed::Max);
     let started = Clock::now();
     for _ in 0..cycles {

@@ -6,9 +6,7 @@
 use std::fmt;
 use std::io;
 
-use encoring_ring::slave::Lamps;
-use encoring_words::model::Sensor;
-use encoring_words::{Duration, InWord, Instant, OutWord, ParameterSet};
+use encoring_words::{Duration, InWord, Instant, OutWord};
 
 /// A ring on which words can be read and written. Positions are ring positions from 0.
 ///
@@ -48,23 +46,6 @@ pub trait Bus {
     fn link_event(&mut self) -> Option<LinkEvent> {
         None
     }
-
-    /// What can be seen of an encoder besides its words; `None` on every ring that is not simulated.
-    fn inside(&self, position: usize) -> Option<Inside> {
-        let _ = position;
-        None
-    }
-}
-
-/// What a simulation shows of an encoder and no real bus can.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Inside {
-    /// What it measures with.
-    pub sensor: Sensor,
-    /// What its position is computed with; `None` while it is off.
-    pub active: Option<ParameterSet>,
-    /// Its lamps.
-    pub lamps: Lamps,
 }
 
 /// What a call of [`Bus::cycle`] came to.

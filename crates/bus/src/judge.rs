@@ -10,7 +10,7 @@ use encoring_words::parameter::PARAMETERS;
 use encoring_words::word::{DATA_MAX, In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, Instant, Model, Parameter, ParameterSet, Service};
 
-use crate::bus::{BusError, Inside};
+use crate::bus::BusError;
 
 /// After so many positions that fit one another a jump is over: somebody who only looks cannot ask why it was.
 const JUMP_OVER: NonZeroU32 = NonZeroU32::MIN.saturating_add(9);
@@ -132,6 +132,15 @@ impl Blind {
     }
 }
 
+/// What somebody knows of an encoder who sees into it, as its simulation does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Insight {
+    /// What it measures with.
+    pub sensor: Sensor,
+    /// What its position is computed with.
+    pub active: ParameterSet,
+}
+
 /// Judges the words of one encoder.
 #[derive(Clone, Debug)]
 pub struct Judge {
@@ -140,7 +149,7 @@ pub struct Judge {
     validity: Validity,
     measuring_length: Option<u32>,
     blind: Vec<Blind>,
-    /// What the simulation last showed.
+    /// What was last learnt.
     active: Option<ParameterSet>,
 }
 
@@ -186,13 +195,7 @@ impl Judge {
     }
 
     /// Judges what a poll brought, and whether it is a new reason to stop the machine.
-    pub fn judge(
-        &mut self,
-        now: Instant,
-        seen: Result<Seen, BusError>,
-        inside: Option<Inside>,
-    ) -> (Verdict, Option<Stop>) {
-        self.learn(inside);
+    pub fn judge(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Verdict, Option<Stop>) {
         let mut stop = None;
         let position = self.validity.judge(now, seen.ok(), &mut |reason| stop = Some(reason));
         let verdict = match (seen, position) {
@@ -207,25 +210,26 @@ impl Judge {
         if let Ok(Seen { input, .. }) = seen
             && let In::Reply(reply) = input.decode()
         {
-            self.follow(reply, inside.is_some());
+            self.follow(reply);
         }
         (verdict, stop)
     }
 
-    /// Takes over what a simulation shows.
-    fn learn(&mut self, inside: Option<Inside>) {
-        let Some(Inside { sensor, active: Some(active), .. }) = inside else { return };
+    /// Takes over what is active in the encoder. Whoever tells it once tells every change of it.
+    pub fn learn(&mut self, insight: Insight) {
+        let Insight { sensor, active } = insight;
         if self.active == Some(active) {
             return;
         }
         let values = PARAMETERS.map(|parameter| (parameter, active.value(parameter)));
         if let Ok(new) = Self::new(self.model, Some(sensor), &values, self.stale_after) {
-            *self = Self { active: Some(active), ..new };
+            *self = new;
         }
+        self.active = Some(active);
     }
 
     /// A service of somebody else's was carried out: what it changes is known no longer.
-    fn follow(&mut self, reply: ServiceFields, simulated: bool) {
+    fn follow(&mut self, reply: ServiceFields) {
         let ServiceFields {
             access: Access::Write, error: false, service: ServiceNumber::Known(service), ..
         } = reply
@@ -238,7 +242,7 @@ impl Judge {
             | Service::MeasuringLength
             | Service::Numerator
             | Service::Denominator
-                if !simulated && !self.blind.contains(&Blind::Changed) =>
+                if self.active.is_none() && !self.blind.contains(&Blind::Changed) =>
             {
                 if let Ok(mut new) = Self::new(self.model, None, &[], self.stale_after) {
                     new.blind.push(Blind::Changed);

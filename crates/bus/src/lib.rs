@@ -10,8 +10,8 @@ pub mod judge;
 pub mod master;
 pub mod watch;
 
-pub use bus::{Bus, BusError, Cause, Cycle, Inside, Link, LinkEvent, Settling};
+pub use bus::{Bus, BusError, Cause, Cycle, Link, LinkEvent, Settling};
 pub use image::SharedImage;
-pub use judge::{Blind, Judge, Verdict};
+pub use judge::{Blind, Insight, Judge, Verdict};
 pub use master::{Master, MasterError};
 pub use watch::Watch;

@@ -10,8 +10,8 @@ use encoring_host::Seen;
 use encoring_host::validity::Stop;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Bus, BusError, Inside, LinkEvent};
-use crate::judge::{Judge, Verdict};
+use crate::bus::{Bus, BusError, LinkEvent};
+use crate::judge::{Insight, Judge, Verdict};
 
 /// How long a wait may be before the stop mark is looked at.
 const SLICE: Duration = Duration::from_millis(50);
@@ -64,8 +64,6 @@ pub struct Sight {
     pub verdict: Verdict,
     /// A reason to stop the machine that was not there before.
     pub stop: Option<Stop>,
-    /// What only a simulation shows.
-    pub inside: Option<Inside>,
 }
 
 /// The steps of the handshake that can be told apart from outside: by bit 31 of both words [R31..R40].
@@ -126,7 +124,7 @@ impl Sight {
 
 /// Polls of a bus, one after the other.
 #[derive(Debug)]
-pub struct Watch<'a, B> {
+pub struct Watch<'a, B: ?Sized> {
     bus: &'a mut B,
     plan: Plan,
     stop: Arc<AtomicBool>,
@@ -143,7 +141,7 @@ pub struct Watch<'a, B> {
     poll: Poll,
 }
 
-impl<'a, B: Bus> Watch<'a, B> {
+impl<'a, B: Bus + ?Sized> Watch<'a, B> {
     /// Polls of these encoders, until `stop` is set. A position is looked at once.
     #[must_use]
     pub fn new(bus: &'a mut B, mut subjects: Vec<Subject>, plan: Plan, stop: Arc<AtomicBool>) -> Self {
@@ -193,6 +191,12 @@ impl<'a, B: Bus> Watch<'a, B> {
 
     /// Waits for the next poll and makes it. `None` when it is to end.
     pub fn poll(&mut self) -> Option<&Poll> {
+        self.poll_with(|_| None)
+    }
+
+    /// The same; what somebody who sees into the encoder at a position knows of it is asked when its word has come, and
+    /// its judge is told.
+    pub fn poll_with(&mut self, insight: impl FnMut(usize) -> Option<Insight>) -> Option<&Poll> {
         let end = self.plan.lasting.map(|lasting| self.began + lasting);
         self.wait(end.map_or(self.due, |end| end.min(self.due)));
         if self.stop.load(Ordering::Relaxed) || end.is_some_and(|end| self.due.max(self.bus.now()) >= end) {
@@ -207,7 +211,7 @@ impl<'a, B: Bus> Watch<'a, B> {
         };
         self.poll.number = self.polls;
         self.polls += 1;
-        self.look();
+        self.look(insight);
         Some(&self.poll)
     }
 
@@ -223,7 +227,7 @@ impl<'a, B: Bus> Watch<'a, B> {
         }
     }
 
-    fn look(&mut self) {
+    fn look(&mut self, mut insight: impl FnMut(usize) -> Option<Insight>) {
         self.poll.sights.clear();
         self.poll.link.clear();
         let (mut subjects, mut words) = (self.subjects.iter_mut(), self.input.as_mut_slice());
@@ -245,8 +249,10 @@ impl<'a, B: Bus> Watch<'a, B> {
                     Some(Err(_)) => ask = false,
                     Some(Ok(_)) | None => {}
                 }
-                let inside = self.bus.inside(position);
-                let (verdict, stop) = subject.judge.judge(at, seen, inside);
+                if let Some(insight) = insight(position) {
+                    subject.judge.learn(insight);
+                }
+                let (verdict, stop) = subject.judge.judge(at, seen);
                 self.poll.sights.push(Sight {
                     position,
                     at,
@@ -255,7 +261,6 @@ impl<'a, B: Bus> Watch<'a, B> {
                     out: out.and_then(Result::ok),
                     verdict,
                     stop,
-                    inside,
                 });
             }
         }

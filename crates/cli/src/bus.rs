@@ -4,31 +4,28 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use encoring_bus::{Bus, BusError, Cycle, Inside, LinkEvent, Master, Settling};
+use encoring_bus::{Bus, BusError, Master};
 use encoring_encoder::Unit;
 use encoring_files::Lock;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
-use encoring_station::{Simulated, Speed};
+use encoring_station::{SharedWorld, Simulated, Speed};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, InWord, Instant, Model, OutWord};
+use encoring_words::{Duration, Model};
 
 use crate::arguments::bus::{BusArguments, Encoder, Target};
 use crate::memories::remember;
 use crate::output::{Failure, bad_input, note};
 use crate::told::{Failed, FailureView};
 
-/// A ring that is open.
-pub(crate) enum AnyBus {
-    /// In this process.
-    Simulated(Box<Simulated>),
-    /// Behind a Modbus gateway.
-    Modbus(Box<Client>),
-}
+/// A ring, wherever it is.
+pub(crate) type AnyBus = dyn Bus + Send;
 
 /// A ring that is open, and what has to be done when it is closed.
 pub(crate) struct Opened {
-    pub(crate) bus: AnyBus,
+    pub(crate) bus: Box<AnyBus>,
+    /// What is behind a simulated ring; `None` behind a gateway, where nobody can tell.
+    pub(crate) world: Option<SharedWorld>,
     /// As it was named.
     pub(crate) address: String,
     memories: Option<Memories>,
@@ -71,10 +68,12 @@ impl BusArguments {
     pub(crate) fn open(&self, speed: Speed) -> Result<Opened, Failure> {
         let address = self.address()?;
         let stop = stop_mark()?;
-        let (bus, memories) = match simulated_ring(address)? {
+        let address = address.to_owned();
+        match simulated_ring(&address)? {
             Some(scenario) => {
                 let (bus, memories) = self.simulated(&scenario, speed)?;
-                (AnyBus::Simulated(Box::new(bus)), memories)
+                let world = Some(bus.world().clone());
+                Ok(Opened { bus: Box::new(bus), world, address, memories, stop })
             }
             None => {
                 if self.state.is_some() {
@@ -82,11 +81,10 @@ impl BusArguments {
                         "--state is for simulated rings; a real encoder keeps its own memory",
                     ));
                 }
-                let parsed = gateway(address)?;
-                (AnyBus::Modbus(Box::new(Client::new(parsed)?)), None)
+                let client = Client::new(gateway(&address)?)?;
+                Ok(Opened { bus: Box::new(client), world: None, address, memories: None, stop })
             }
-        };
-        Ok(Opened { bus, address: address.to_owned(), memories, stop })
+        }
     }
 
     fn simulated(&self, scenario: &Scenario, speed: Speed) -> Result<(Simulated, Option<Memories>), Failure> {
@@ -151,20 +149,21 @@ impl Encoder {
 impl Opened {
     /// What is simulated at a position; `None` behind a gateway, where nobody knows.
     pub(crate) fn unit(&self, position: usize) -> Result<Option<Unit>, Failure> {
-        let AnyBus::Simulated(ring) = &self.bus else { return Ok(None) };
-        let places = ring.world().places();
-        match places.get(position) {
-            Some(place) => Ok(Some(*place.node().unit())),
-            None => Err(bad_input(format!(
-                "--at {position}: {}",
-                BusError::NoEncoder { position, encoders: places.len() }
-            ))),
-        }
+        let Some(world) = &self.world else { return Ok(None) };
+        world.with(|world| {
+            let encoders = world.places().len();
+            match world.places().get(position) {
+                Some(place) => Ok(Some(*place.node().unit())),
+                None => {
+                    Err(bad_input(format!("--at {position}: {}", BusError::NoEncoder { position, encoders })))
+                }
+            }
+        })
     }
 
     /// `true` if nothing here is real.
     pub(crate) const fn is_simulated(&self) -> bool {
-        matches!(self.bus, AnyBus::Simulated(_))
+        self.world.is_some()
     }
 
     /// The mark that Ctrl-C sets.
@@ -181,7 +180,7 @@ impl Opened {
     ) -> Result<T, Failure> {
         let stop = self.stop();
         let failure = |failed, behind| FailureView::new(failed, target.model, behind).into_failure();
-        let mut master = Master::new(&mut self.bus, target.position, patience, stop)
+        let mut master = Master::new(&mut *self.bus, target.position, patience, stop)
             .map_err(|error| failure(Failed::Bus(error), None))?;
         let worked = work(&mut master);
         if master.may_have_left_the_service_bit() {
@@ -199,65 +198,14 @@ impl Opened {
                 note(&format!("note: {}: {}", self.address, event.what));
             }
         }
-        let (AnyBus::Simulated(ring), Some(memories)) = (&self.bus, &self.memories) else { return Ok(()) };
-        for (position, place) in ring.world().places().iter().enumerate() {
-            let node = place.node();
-            state::write(&memories.folder, position, node.unit(), &node.memory_at_power_off())
-                .map_err(bad_input)?;
-        }
-        Ok(())
-    }
-}
-
-impl AnyBus {
-    fn inner(&mut self) -> &mut dyn Bus {
-        match self {
-            Self::Simulated(bus) => bus.as_mut(),
-            Self::Modbus(bus) => bus.as_mut(),
-        }
-    }
-}
-
-impl Bus for AnyBus {
-    fn now(&self) -> Instant {
-        match self {
-            Self::Simulated(bus) => bus.now(),
-            Self::Modbus(bus) => bus.now(),
-        }
-    }
-
-    fn out(&mut self, position: usize) -> Result<OutWord, BusError> {
-        self.inner().out(position)
-    }
-
-    fn cycle(
-        &mut self,
-        write: Option<(usize, OutWord)>,
-        first: usize,
-        input: &mut [InWord],
-    ) -> Result<Cycle, BusError> {
-        self.inner().cycle(write, first, input)
-    }
-
-    fn wait(&mut self, span: Duration) {
-        self.inner().wait(span);
-    }
-
-    fn settling(&self) -> Settling {
-        match self {
-            Self::Simulated(bus) => bus.settling(),
-            Self::Modbus(bus) => bus.settling(),
-        }
-    }
-
-    fn link_event(&mut self) -> Option<LinkEvent> {
-        self.inner().link_event()
-    }
-
-    fn inside(&self, position: usize) -> Option<Inside> {
-        match self {
-            Self::Simulated(bus) => bus.inside(position),
-            Self::Modbus(bus) => bus.inside(position),
-        }
+        let (Some(world), Some(memories)) = (&self.world, &self.memories) else { return Ok(()) };
+        world.with(|world| {
+            for (position, place) in world.places().iter().enumerate() {
+                let node = place.node();
+                state::write(&memories.folder, position, node.unit(), &node.memory_at_power_off())
+                    .map_err(bad_input)?;
+            }
+            Ok(())
+        })
     }
 }

@@ -8,13 +8,14 @@ use std::time::{Duration as Real, Instant as Clock, SystemTime};
 use clap::Args;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
 use encoring_bus::{Link, Verdict};
-use encoring_station::Speed;
+use encoring_station::{SharedWorld, Speed};
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments::span;
+use crate::bus::AnyBus;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format, bad_input, note, print};
 use crate::subjects::SubjectArguments;
@@ -128,10 +129,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let log = Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation)?;
     let plan = Plan { every: arguments.every, lasting: arguments.lasting };
     let stop = opened.stop();
-    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
     let special = log.is_special();
-    let (summary, answer) = Logging::new(log, arguments).run(watch)?;
+    let (summary, answer) = Logging::new(log, arguments).run(watch, opened.world.as_ref())?;
     if special {
         note(&summary.to_string());
     } else {
@@ -184,9 +185,13 @@ impl<'a> Logging<'a> {
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn run<B: encoring_bus::Bus>(mut self, mut watch: Watch<'_, B>) -> Result<(Summary, Answer), LogError> {
+    fn run(
+        mut self,
+        mut watch: Watch<'_, AnyBus>,
+        world: Option<&SharedWorld>,
+    ) -> Result<(Summary, Answer), LogError> {
         let began = watch.now();
-        while let Some(poll) = watch.poll() {
+        while let Some(poll) = watch.poll_with(|position| world?.insight(position)) {
             self.poll(poll)?;
             let now = Clock::now();
             if now.duration_since(self.flushed) >= FLUSH_EVERY {

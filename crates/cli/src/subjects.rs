@@ -12,7 +12,7 @@ use encoring_workshop::ParameterFile;
 use crate::arguments;
 use crate::arguments::bus::BusArguments;
 use crate::arguments::span;
-use crate::bus::{AnyBus, Opened};
+use crate::bus::Opened;
 use crate::output::{Failure, bad_input};
 
 /// The most encoders that are looked at; a ring has no more.
@@ -83,16 +83,16 @@ struct Asked {
 impl SubjectArguments {
     /// The encoders, each with who judges it.
     pub(crate) fn subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
-        match &opened.bus {
-            AnyBus::Simulated(ring) => {
+        match &opened.world {
+            Some(world) => {
                 if !self.parameters.is_empty() {
                     return Err(bad_input("--parameters: a simulated ring knows those of its encoders"));
                 }
-                let all = (0..ring.world().places().len()).collect();
+                let all = (0..world.with(|world| world.places().len())).collect();
                 let at = self.at.clone().unwrap_or(Positions(all));
                 self.asked(&at)?.into_iter().map(|asked| self.simulated(opened, &asked)).collect()
             }
-            AnyBus::Modbus(_) => {
+            None => {
                 let Some(at) = &self.at else {
                     return Err(bad_input(
                         "--at POSITIONS is missing, like 0-2; `encoring probe` finds the encoders of a gateway",

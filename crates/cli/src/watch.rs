@@ -9,17 +9,18 @@ mod tests;
 use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
-use encoring_bus::Bus;
 use encoring_bus::watch::{Plan, Subject, Watch};
-use encoring_station::Speed;
+use encoring_station::{SharedWorld, Speed};
 use encoring_words::Duration;
 use serde::Serialize;
 
 use crate::arguments::span;
+use crate::bus::AnyBus;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
 use crate::told::looked;
+use screen::Update;
 use seen::{News, Seen, news};
 
 /// An encoder that shows the same for so long is told of again.
@@ -74,7 +75,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let about =
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     let (stop, quit) = (opened.stop(), opened.stop());
-    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    let watch =
+        Watched { watch: Watch::new(&mut *opened.bus, subjects, plan, stop), world: opened.world.clone() };
     let answer = if arguments.format == Format::Text && io::stdout().is_terminal() {
         live::run(watch, about, &quit)?
     } else {
@@ -82,6 +84,25 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     opened.close()?;
     Ok(answer)
+}
+
+/// A watch, and what is behind the ring if it is simulated.
+struct Watched<'a> {
+    watch: Watch<'a, AnyBus>,
+    world: Option<SharedWorld>,
+}
+
+impl Watched<'_> {
+    /// Waits for the next poll, and makes of it what is shown.
+    fn poll(&mut self) -> Option<Update> {
+        let world = self.world.as_ref();
+        let poll = self.watch.poll_with(|position| world?.insight(position))?;
+        let (sights, news, polls) = (poll.sights.clone(), news(poll), poll.number + 1);
+        let lamps = |position| world.and_then(|world| world.lamps(position));
+        let seen = sights.iter().zip(self.watch.subjects());
+        let seen = seen.map(|(sight, subject)| Seen::new(sight, &subject.judge, lamps(sight.position)));
+        Some(Update { polls, seen: seen.collect(), news })
+    }
 }
 
 /// What is watched, and how.
@@ -122,19 +143,15 @@ impl Lines {
         Self { about, format, told: Vec::new() }
     }
 
-    fn run<B: Bus>(mut self, mut watch: Watch<'_, B>) -> io::Result<Answer> {
-        self.begin(watch.subjects())?;
-        let (mut seen, mut polls) = (Vec::new(), 0);
-        while let Some(poll) = watch.poll() {
-            let (sights, happened) = (poll.sights.clone(), news(poll));
-            polls = poll.number + 1;
-            seen.extend(
-                sights.iter().zip(watch.subjects()).map(|(sight, subject)| Seen::new(sight, &subject.judge)),
-            );
-            self.poll(&mut seen, &happened)?;
+    fn run(mut self, mut watched: Watched<'_>) -> io::Result<Answer> {
+        self.begin(watched.watch.subjects())?;
+        let mut polls = 0;
+        while let Some(update) = watched.poll() {
+            polls = update.polls;
+            self.poll(update.seen, &update.news)?;
         }
-        self.end(watch.now().as_nanos(), polls)?;
-        Ok(looked(&watch))
+        self.end(watched.watch.now().as_nanos(), polls)?;
+        Ok(looked(&watched.watch))
     }
 
     fn begin(&self, subjects: &[Subject]) -> io::Result<()> {
@@ -162,7 +179,7 @@ impl Lines {
         out.flush()
     }
 
-    fn poll(&mut self, seen: &mut Vec<Seen>, happened: &[News]) -> io::Result<()> {
+    fn poll(&mut self, seen: Vec<Seen>, happened: &[News]) -> io::Result<()> {
         let mut out = io::stdout().lock();
         for event in happened {
             match self.format {
@@ -170,7 +187,7 @@ impl Lines {
                 Format::Text => writeln!(out, "{event}")?,
             }
         }
-        for new in seen.drain(..) {
+        for new in seen {
             let old = self.told.iter_mut().find(|old| old.position == new.position);
             let known = old.as_ref().map(|old| old.blind.as_slice());
             if self.format == Format::Text && known != Some(new.blind.as_slice()) {

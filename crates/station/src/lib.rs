@@ -14,6 +14,6 @@ pub mod view;
 pub use events::{Event, Happened};
 pub use keeper::Keeper;
 pub use pace::Speed;
-pub use simulated::Simulated;
+pub use simulated::{SharedWorld, Simulated};
 pub use station::{Handle, Options, Outcome, Station, Stopped};
 pub use view::View;

@@ -1,16 +1,48 @@
 //! A simulated ring in this process, as a [`Bus`].
 
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration as Real, Instant as Clock};
 
-use encoring_bus::{Bus, BusError, Cycle, Inside, Settling};
+use encoring_bus::{Bus, BusError, Cycle, Insight, Settling};
 use encoring_ring::Verdict;
 use encoring_sim::World;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::pace::Speed;
+use crate::view::Lamps;
 
 /// The longest sleep, so that whoever waits can be interrupted.
 const SLICE: Real = Real::from_millis(20);
+
+/// A handle on the world behind a simulated bus: it shows what no bus can. Clones lead to the same world.
+#[derive(Clone, Debug)]
+pub struct SharedWorld(Arc<Mutex<World>>);
+
+impl SharedWorld {
+    fn lock(&self) -> MutexGuard<'_, World> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Looks at the world or changes it, between two cycles of its ring. `access` must not use the bus: it waits for
+    /// the end of this.
+    pub fn with<R>(&self, access: impl FnOnce(&mut World) -> R) -> R {
+        access(&mut self.lock())
+    }
+
+    /// What is active in the encoder at a position; `None` while it is off.
+    #[must_use]
+    pub fn insight(&self, position: usize) -> Option<Insight> {
+        let world = self.lock();
+        let node = world.places().get(position)?.node();
+        Some(Insight { sensor: node.unit().sensor(), active: *node.encoder()?.active() })
+    }
+
+    /// The lamps of the encoder at a position.
+    #[must_use]
+    pub fn lamps(&self, position: usize) -> Option<Lamps> {
+        Lamps::of(&self.lock(), position)
+    }
+}
 
 /// A world whose ring is cycled by whoever uses the bus.
 ///
@@ -19,51 +51,58 @@ const SLICE: Real = Real::from_millis(20);
 /// does.
 #[derive(Debug)]
 pub struct Simulated {
-    world: World,
-    out: Vec<OutWord>,
-    input: Vec<InWord>,
-    /// End of the last cycle that was good throughout.
-    last_good: Instant,
+    world: SharedWorld,
+    ring: Ring,
     speed: Speed,
     started: Option<Clock>,
 }
 
-impl Simulated {
-    /// A bus over `world`.
-    #[must_use]
-    pub fn new(world: World, speed: Speed) -> Self {
-        let encoders = world.places().len();
-        let (out, input) = (vec![OutWord(0); encoders], vec![InWord(0); encoders]);
-        let last_good = world.now();
-        let mut bus = Self { world, out, input, last_good, speed, started: None };
-        // A device shows its position from the second cycle on.
-        bus.run_one();
-        bus.run_one();
-        bus
-    }
+/// What the master of the ring holds.
+#[derive(Debug)]
+struct Ring {
+    out: Vec<OutWord>,
+    input: Vec<InWord>,
+    /// End of the last cycle that was good throughout.
+    last_good: Instant,
+}
 
-    /// The world as it is.
-    #[must_use]
-    pub const fn world(&self) -> &World {
-        &self.world
-    }
-
-    /// The world, to be changed between two calls.
-    pub const fn world_mut(&mut self) -> &mut World {
-        &mut self.world
-    }
-
-    fn run_one(&mut self) {
-        let cycled = self.world.cycle(&self.out, &mut self.input);
+impl Ring {
+    fn run_one(&mut self, world: &mut World) {
+        let cycled = world.cycle(&self.out, &mut self.input);
         if cycled.verdict == Verdict::Good {
             self.last_good = cycled.at;
         }
     }
 
-    fn run_until(&mut self, until: Instant) {
-        while self.world.now() + self.world.cycle_time() <= until {
-            self.run_one();
+    fn run_until(&mut self, world: &mut World, until: Instant) {
+        while world.now() + world.cycle_time() <= until {
+            self.run_one(world);
         }
+    }
+
+    fn place(&self, position: usize) -> Result<usize, BusError> {
+        let encoders = self.out.len();
+        if position < encoders { Ok(position) } else { Err(BusError::NoEncoder { position, encoders }) }
+    }
+}
+
+impl Simulated {
+    /// A bus over `world`.
+    #[must_use]
+    pub fn new(mut world: World, speed: Speed) -> Self {
+        let encoders = world.places().len();
+        let (out, input) = (vec![OutWord(0); encoders], vec![InWord(0); encoders]);
+        let mut ring = Ring { out, input, last_good: world.now() };
+        // A device shows its position from the second cycle on.
+        ring.run_one(&mut world);
+        ring.run_one(&mut world);
+        Self { world: SharedWorld(Arc::new(Mutex::new(world))), ring, speed, started: None }
+    }
+
+    /// The handle on the world behind it, to be cloned before the bus is given away.
+    #[must_use]
+    pub const fn world(&self) -> &SharedWorld {
+        &self.world
     }
 
     /// The time on the ring at which real time has arrived; `None` at [`Speed::Max`].
@@ -75,20 +114,19 @@ impl Simulated {
         Some(Instant(u64::try_from(elapsed).unwrap_or(u64::MAX)))
     }
 
-    fn place(&self, position: usize) -> Result<usize, BusError> {
-        let encoders = self.out.len();
-        if position < encoders { Ok(position) } else { Err(BusError::NoEncoder { position, encoders }) }
+    fn run_until(&mut self, until: Instant) {
+        self.ring.run_until(&mut self.world.lock(), until);
     }
 }
 
 impl Bus for Simulated {
     fn now(&self) -> Instant {
-        self.world.now()
+        self.world.lock().now()
     }
 
     fn out(&mut self, position: usize) -> Result<OutWord, BusError> {
-        self.place(position)?;
-        Ok(self.out.get(position).copied().unwrap_or_default())
+        self.ring.place(position)?;
+        Ok(self.ring.out.get(position).copied().unwrap_or_default())
     }
 
     fn cycle(
@@ -98,29 +136,31 @@ impl Bus for Simulated {
         input: &mut [InWord],
     ) -> Result<Cycle, BusError> {
         if let Some(last) = input.len().checked_sub(1) {
-            self.place(first.saturating_add(last))?;
+            self.ring.place(first.saturating_add(last))?;
         }
         if let Some((position, out)) = write {
-            let position = self.place(position)?;
-            if let Some(word) = self.out.get_mut(position) {
+            let position = self.ring.place(position)?;
+            if let Some(word) = self.ring.out.get_mut(position) {
                 *word = out;
             }
         }
-        if let Some(due) = self.due() {
-            self.run_until(due);
+        let due = self.due();
+        let world = &mut *self.world.lock();
+        if let Some(due) = due {
+            self.ring.run_until(world, due);
         }
-        self.run_one();
-        for (seen, shown) in input.iter_mut().zip(self.input.iter().skip(first)) {
+        self.ring.run_one(world);
+        for (seen, shown) in input.iter_mut().zip(self.ring.input.iter().skip(first)) {
             *seen = *shown;
         }
         // What a cycle brings was loaded when it began.
-        let age = self.world.now().since(self.last_good) + self.world.cycle_time();
-        Ok(Cycle { at: self.world.now(), age })
+        let age = world.now().since(self.ring.last_good) + world.cycle_time();
+        Ok(Cycle { at: world.now(), age })
     }
 
     #[expect(clippy::disallowed_methods, reason = "a ring at real speed is waited for")]
     fn wait(&mut self, span: Duration) {
-        let until = self.world.now() + span;
+        let until = self.now() + span;
         if self.speed == Speed::Max {
             return self.run_until(until);
         }
@@ -132,14 +172,5 @@ impl Bus for Simulated {
 
     fn settling(&self) -> Settling {
         Settling { cycles: 1, time: Duration::ZERO }
-    }
-
-    fn inside(&self, position: usize) -> Option<Inside> {
-        let node = self.world.places().get(position)?.node();
-        Some(Inside {
-            sensor: node.unit().sensor(),
-            active: node.encoder().map(|encoder| *encoder.active()),
-            lamps: self.world.lamps(position)?,
-        })
     }
 }

@@ -15,7 +15,7 @@ use encoring_host::service::{Check, Failure, check, read};
 use encoring_host::session::{Fate, WaitedFor};
 use encoring_sim::memory::CellFault;
 use encoring_sim::scenario::Change;
-use encoring_sim::{Scenario, World};
+use encoring_sim::{Eeprom, Scenario, World};
 use encoring_station::{Simulated, Speed};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Duration, ErrorStatus, InWord, Model, OutWord, Parameter, ParameterSet};
@@ -73,13 +73,28 @@ fn program(position: usize) -> Program {
 
 /// What the encoder really holds: programmed and active.
 fn truth(bus: &Simulated, position: usize) -> Option<(ParameterSet, ParameterSet)> {
-    let encoder = bus.world().places()[position].node().encoder()?;
-    Some((*encoder.parameters().programmed(), *encoder.active()))
+    bus.world().with(|world| {
+        let encoder = world.places()[position].node().encoder()?;
+        Some((*encoder.parameters().programmed(), *encoder.active()))
+    })
 }
 
 /// What a new encoder holds.
 fn factory(bus: &Simulated, position: usize) -> ParameterSet {
-    ParameterSet::factory(bus.world().places()[position].node().unit().sensor())
+    ParameterSet::factory(bus.world().with(|world| world.places()[position].node().unit().sensor()))
+}
+
+/// A copy of a memory, to count in.
+fn memory(bus: &Simulated, position: usize) -> Eeprom {
+    bus.world().with(|world| world.places()[position].node().memory().clone())
+}
+
+/// Ends every trouble of the ring and switches the encoder on.
+fn mend(bus: &Simulated, position: usize) {
+    bus.world().with(|world| {
+        world.end_trouble();
+        world.change(position, &[Change::Supply(24_000)]);
+    });
 }
 
 /// Whether the report says what is so.
@@ -122,8 +137,7 @@ fn programmed(text: &str, position: usize) -> (Simulated, Report<MasterError>) {
     let before = factory(&bus, position);
     let report = program(position).run(&mut master(&mut bus, position));
     // Whatever is switched off comes back, and what the encoder began it ends.
-    bus.world_mut().end_trouble();
-    bus.world_mut().change(position, &[Change::Supply(24_000)]);
+    mend(&bus, position);
     bus.wait(if text.contains("service_times") { A_LONG_TIME } else { A_SHORT_TIME });
     if truth(&bus, position).is_none() {
         // A dip that came after the programming.
@@ -167,7 +181,7 @@ fn every_model_is_programmed_and_verified() {
 fn what_is_already_there_is_not_written_again() {
     let (mut bus, _) = programmed(&three(""), 2);
     let writes = |bus: &Simulated| {
-        let mut memory = bus.world().places()[2].node().memory().clone();
+        let mut memory = memory(bus, 2);
         PARAMETERS.map(|parameter| write_count(&mut memory, Record::Programmed(parameter)))
     };
     let before = writes(&bus);
@@ -346,13 +360,13 @@ fn memory_faults_at_every_moment_leave_no_doubt() {
 #[test]
 fn a_sound_memory_again_lets_a_refused_write_pass_at_the_second_try() {
     let mut bus = bus(&three(""));
-    bus.world_mut().change(2, &[Change::MemoryFault(CellFault::Write, None)]);
+    bus.world().with(|world| world.change(2, &[Change::MemoryFault(CellFault::Write, None)]));
     let mut program = Program::new(Model::Ce65M, 4096);
     program.set(Parameter::CountingDirection, 1).unwrap();
     let report = program.run(&mut master(&mut bus, 2));
     let Err(Stopped::Service(Failure::Refused(refusal))) = report.result else { panic!("{report:?}") };
     assert!(refusal.repeated && refusal.check.status.contains(ErrorStatus::WRITING_DATA));
-    bus.world_mut().change(2, &[Change::MemoryRepair]);
+    bus.world().with(|world| world.change(2, &[Change::MemoryRepair]));
     assert_eq!(program.run(&mut master(&mut bus, 2)).result, Ok(()));
 }
 
@@ -420,8 +434,7 @@ fn preset(text: &str, position: usize, value: u32) -> (Simulated, Option<PresetR
     let report =
         Preset::prepare(&mut master, MODELS[position], value).ok().map(|preset| preset.adjust(&mut master));
     drop(master);
-    bus.world_mut().end_trouble();
-    bus.world_mut().change(position, &[Change::Supply(24_000)]);
+    mend(&bus, position);
     bus.wait(A_SHORT_TIME);
     (bus, report)
 }
@@ -464,12 +477,9 @@ fn a_preset_adjustment_is_never_carried_out_twice() {
                 line(at, 0, "bad", 20.0),
             ] {
                 let (bus, report) = preset(&format!("{text}{trouble}"), position, 1_234);
-                let mut memory = bus.world().places()[position].node().memory().clone();
-                let writes = write_count(&mut memory, Record::Offset);
-                let formatted = {
-                    let fresh = self::bus(&three(""));
-                    write_count(&mut fresh.world().places()[position].node().memory().clone(), Record::Offset)
-                };
+                let writes = write_count(&mut memory(&bus, position), Record::Offset);
+                let fresh = self::bus(&three(""));
+                let formatted = write_count(&mut memory(&fresh, position), Record::Offset);
                 let done = writes - formatted;
                 assert!(done <= 1, "{done} times");
                 match report.map(|report| report.result) {

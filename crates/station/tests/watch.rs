@@ -23,25 +23,27 @@ fn built_in() -> Simulated {
 }
 
 fn subjects(ring: &Simulated) -> Vec<Subject> {
-    let units = ring.world().places().iter().map(|place| *place.node().unit());
+    let units: Vec<_> =
+        ring.world().with(|world| world.places().iter().map(|place| *place.node().unit()).collect());
     let judge =
         |unit: encoring_encoder::Unit| Judge::new(unit.model(), Some(unit.sensor()), &[], STALE).unwrap();
-    units.enumerate().map(|(position, unit)| Subject { position, judge: judge(unit) }).collect()
+    units.into_iter().enumerate().map(|(position, unit)| Subject { position, judge: judge(unit) }).collect()
 }
 
 #[test]
 fn minutes_of_the_built_in_ring_are_valid_throughout() {
     let mut ring = built_in();
+    let world = ring.world().clone();
     let subjects = subjects(&ring);
     let plan = Plan { every: Duration::from_millis(100), lasting: Some(Duration::from_secs(200)) };
     let mut watch = Watch::new(&mut ring, subjects, plan, mark());
     let mut polls = 0;
-    while let Some(poll) = watch.poll() {
+    while let Some(poll) = watch.poll_with(|position| world.insight(position)) {
         polls += 1;
         for sight in &poll.sights {
             assert!(matches!(sight.verdict, Verdict::Valid(_)), "{sight:?}");
             assert_eq!((sight.out, sight.phase()), (Some(OutWord(0)), Some(Phase::Normal)));
-            let lamps = sight.inside.unwrap().lamps;
+            let lamps = world.lamps(sight.position).unwrap();
             assert!(lamps.u && lamps.ba && lamps.rc && lamps.rd == (sight.position == 2));
         }
     }
@@ -85,11 +87,13 @@ fn a_ring_that_stands_still_is_stale_and_an_encoder_without_supply_is_known_by_i
     let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
     watch.poll();
     drop(watch);
-    ring.world_mut().trouble(1, LineFault::Silent, Duration::from_secs(1));
-    ring.world_mut().change(2, &[Change::Supply(0)]);
+    ring.world().with(|world| {
+        world.trouble(1, LineFault::Silent, Duration::from_secs(1));
+        world.change(2, &[Change::Supply(0)]);
+    });
     let encoders = subjects(&ring);
     let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
     let words: Vec<_> = (0..3).map(|_| watch.poll().unwrap().sights[0].verdict.word()).collect();
     assert_eq!(words.last(), Some(&"stale"), "{words:?}");
-    assert!(!watch.poll().unwrap().sights[2].inside.unwrap().lamps.u);
+    assert!(!ring.world().lamps(2).unwrap().u);
 }

@@ -274,7 +274,7 @@ fn after_somebody_has_written_parameters_what_was_known_counts_no_longer() {
     let mut judge = ten_turns();
     let mut see = |word: u32| {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
-        judge.judge(Instant(1), Ok(seen), None).0
+        judge.judge(Instant(1), Ok(seen)).0
     };
     assert_eq!(see(1), Verdict::Valid(1));
     // A refused write changes nothing, nor does a read.
@@ -292,7 +292,7 @@ fn after_a_preset_adjustment_the_next_position_is_taken_as_it_comes() {
     let mut judge = ten_turns();
     let mut see = |ms: u64, word: u32| {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
-        judge.judge(Instant(ms * 1_000_000), Ok(seen), None).0
+        judge.judge(Instant(ms * 1_000_000), Ok(seen)).0
     };
     assert_eq!(see(0, 0), Verdict::Valid(0));
     assert!(matches!(see(1, 5_000), Verdict::Implausible(Why::Speed { .. })));
@@ -306,7 +306,7 @@ fn a_jump_is_over_after_ten_positions_that_fit_one_another() {
     let mut judge = ten_turns();
     let mut see = |k: u64, value: u32| {
         let seen = Seen { input: InWord(value), age: Duration::ZERO };
-        judge.judge(Instant(k * 2_000_000), Ok(seen), None).0.word()
+        judge.judge(Instant(k * 2_000_000), Ok(seen)).0.word()
     };
     see(0, 0);
     let found: Vec<_> = (1..12).map(|k| see(k, 5_000)).collect();

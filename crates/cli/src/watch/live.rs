@@ -7,15 +7,12 @@ use std::sync::mpsc::{SyncSender, TryRecvError, sync_channel};
 use std::thread;
 use std::time::{Duration as Real, Instant as Clock};
 
-use encoring_bus::Bus;
-use encoring_bus::watch::Watch;
 use encoring_words::Duration;
 use ratatui::DefaultTerminal;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use super::About;
 use super::screen::{Screen, Update, Way};
-use super::seen::{Seen, news};
+use super::{About, Watched};
 use crate::output::Answer;
 use crate::told::looked;
 
@@ -25,13 +22,9 @@ const LISTEN: Real = Real::from_millis(40);
 const WAITING: usize = 4;
 
 /// Runs until the user quits or the watch ends. The terminal is as it was afterwards, whatever happens.
-pub(crate) fn run<B: Bus + Send>(
-    mut watch: Watch<'_, B>,
-    about: About,
-    stop: &Arc<AtomicBool>,
-) -> io::Result<Answer> {
+pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>) -> io::Result<Answer> {
     let (updates, drawn) = sync_channel(WAITING);
-    let polled = &mut watch;
+    let polled = &mut watched;
     thread::scope(|scope| {
         // It also sets a hook that restores the terminal before a panic's message.
         let terminal = ratatui::try_init()?;
@@ -45,7 +38,7 @@ pub(crate) fn run<B: Bus + Send>(
         drop(drawn);
         ended
     })?;
-    Ok(looked(&watch))
+    Ok(looked(&watched.watch))
 }
 
 struct Restored;
@@ -56,12 +49,9 @@ impl Drop for Restored {
     }
 }
 
-fn polls<B: Bus>(watch: &mut Watch<'_, B>, updates: &SyncSender<Update>) {
-    while let Some(poll) = watch.poll() {
-        let (sights, news, polls) = (poll.sights.clone(), news(poll), poll.number + 1);
-        let seen =
-            sights.iter().zip(watch.subjects()).map(|(sight, subject)| Seen::new(sight, &subject.judge));
-        if updates.send(Update { polls, seen: seen.collect(), news }).is_err() {
+fn polls(watched: &mut Watched<'_>, updates: &SyncSender<Update>) {
+    while let Some(update) = watched.poll() {
+        if updates.send(update).is_err() {
             return;
         }
     }

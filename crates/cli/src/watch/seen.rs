@@ -39,7 +39,8 @@ pub(crate) struct Seen {
 }
 
 impl Seen {
-    pub(crate) fn new(sight: &Sight, judge: &Judge) -> Self {
+    /// `lamps` are those of a simulated encoder.
+    pub(crate) fn new(sight: &Sight, judge: &Judge, lamps: Option<Lamps>) -> Self {
         let status = match sight.verdict {
             Verdict::Faulty(Some(status)) => Some(StatusView::new(status, true, judge.model())),
             _ => None,
@@ -57,7 +58,7 @@ impl Seen {
             input: sight.input.map(|word| word.to_string()),
             phase: sight.phase().map(Phase::name),
             age_ns: sight.age.map(Duration::as_nanos),
-            lamps: sight.inside.map(|inside| inside.lamps.into()),
+            lamps,
             cannot_judge: judge.blind().iter().map(|blind| blind.name()).collect(),
             text: text(sight, status.as_ref()),
             status,

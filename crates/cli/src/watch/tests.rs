@@ -1,11 +1,11 @@
 //! The view, drawn into a buffer.
 
 use encoring_bus::BusError;
-use encoring_bus::bus::{Cause, Inside};
+use encoring_bus::Cause;
 use encoring_bus::watch::Sight;
 use encoring_bus::{Judge, Verdict};
 use encoring_host::validity::Why;
-use encoring_ring::slave::Lamps;
+use encoring_station::view::Lamps;
 use encoring_words::model::Sensor;
 use encoring_words::parameter::Parameter;
 use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord};
@@ -30,8 +30,12 @@ fn sight(position: usize, out: u32, input: u32, verdict: Verdict) -> Sight {
         out: Some(OutWord(out)),
         verdict,
         stop: None,
-        inside: None,
     }
+}
+
+/// An encoder of a real ring.
+fn real(sight: &Sight, judge: &Judge) -> Seen {
+    Seen::new(sight, judge, None)
 }
 
 fn known() -> Judge {
@@ -70,16 +74,12 @@ fn link(event: &'static str, text: &str) -> News {
 }
 
 fn all_fine() -> Vec<Seen> {
-    let inside = |position: usize| Inside {
-        sensor: SENSOR,
-        active: None,
-        lamps: Lamps { u: true, ba: true, rc: true, rd: position == 2 },
-    };
     (0..3)
         .map(|position| {
             let value = 1_234 * (position as u32 + 1);
             let sight = sight(position, 0, value, Verdict::Valid(value));
-            Seen::new(&Sight { inside: Some(inside(position)), ..sight }, &known())
+            let lamps = Lamps { u: true, ba: true, rc: true, rd: position == 2 };
+            Seen::new(&sight, &known(), Some(lamps))
         })
         .collect()
 }
@@ -93,9 +93,9 @@ fn a_simulated_ring_on_which_all_is_well() {
 fn troubled() -> Vec<Seen> {
     let status = ErrorStatus::LENGTH_TOO_LARGE | ErrorStatus::UNKNOWN_COMMAND;
     vec![
-        Seen::new(&sight(0, 0, 0x2000_04D2, Verdict::Faulty(None)), &unknown(Model::La66)),
-        Seen::new(&sight(1, 0, 0x2000_04D2, Verdict::Faulty(Some(status))), &unknown(Model::Ce100M)),
-        Seen::new(&sight(2, 0, 0x04D2, Verdict::Unchecked(0x04D2)), &unknown(Model::Ce65M)),
+        real(&sight(0, 0, 0x2000_04D2, Verdict::Faulty(None)), &unknown(Model::La66)),
+        real(&sight(1, 0, 0x2000_04D2, Verdict::Faulty(Some(status))), &unknown(Model::Ce100M)),
+        real(&sight(2, 0, 0x04D2, Verdict::Unchecked(0x04D2)), &unknown(Model::Ce65M)),
     ]
 }
 
@@ -110,9 +110,9 @@ fn errors_are_told_with_what_is_known_of_them() {
 fn in_service() -> Vec<Seen> {
     let implausible = Verdict::Implausible(Why::Range { value: 10_000, measuring_length: 9_999 });
     vec![
-        Seen::new(&sight(0, 0xC200_270F, 0xC200_270F, Verdict::InService), &known()),
-        Seen::new(&sight(1, 0xC200_270F, 1_234, Verdict::Valid(1_234)), &known()),
-        Seen::new(&sight(2, 0, 0x0000_2710, implausible), &known()),
+        real(&sight(0, 0xC200_270F, 0xC200_270F, Verdict::InService), &known()),
+        real(&sight(1, 0xC200_270F, 1_234, Verdict::Valid(1_234)), &known()),
+        real(&sight(2, 0, 0x0000_2710, implausible), &known()),
     ]
 }
 
@@ -124,22 +124,21 @@ fn a_service_is_seen_with_its_step_of_the_handshake() {
 
 fn lost(verdict: Verdict) -> Seen {
     let sight = sight(1, 0, 0, verdict);
-    Seen::new(&Sight { input: None, age: None, out: None, ..sight }, &known())
+    real(&Sight { input: None, age: None, out: None, ..sight }, &known())
 }
 
 #[test]
 fn a_link_that_is_down_leaves_the_last_position_as_history() {
     let before = [
-        Seen::new(&sight(0, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
-        Seen::new(&sight(1, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
+        real(&sight(0, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
+        real(&sight(1, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
     ];
     let cause = BusError::NoConnection(Cause::System(std::io::ErrorKind::ConnectionRefused));
     for (size, name) in [(SMALL, "link_down_80x24"), (LARGE, "link_down_120x40")] {
-        let before = before.iter().map(|seen| Seen::new(&seen.sight, &known())).collect();
+        let before = before.iter().map(|seen| real(&seen.sight, &known())).collect();
         let mut screen = screen(GATEWAY, before, vec![link("link_up", "connected")]);
         let stale = Verdict::Stale { age: Duration::from_millis(1_250) };
-        let seen =
-            vec![Seen::new(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Verdict::NoAnswer(cause))];
+        let seen = vec![real(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Verdict::NoAnswer(cause))];
         let failed = || link("link_failed", "no connection: connection refused; next attempt in 200 ms");
         let down = link("link_down", "connection lost after 1.4 s: no answer within 1 s");
         screen.take(Update { polls: 43, seen, news: vec![down, failed(), failed()] });
@@ -153,7 +152,7 @@ fn full_ring() -> Vec<Seen> {
         5 => (0x8800_0000, Verdict::InService),
         _ => (position * 70, Verdict::Valid(position * 70)),
     };
-    (0..128).map(|k| Seen::new(&sight(k, 0, verdict(k as u32).0, verdict(k as u32).1), &known())).collect()
+    (0..128).map(|k| real(&sight(k, 0, verdict(k as u32).0, verdict(k as u32).1), &known())).collect()
 }
 
 #[test]
