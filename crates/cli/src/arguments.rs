@@ -7,15 +7,22 @@ use encoring_words::{Model, Parameter};
 
 pub(crate) mod bus;
 pub(crate) mod fault;
+mod groups;
 pub(crate) mod range;
 mod span;
 
+pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, possible};
 pub(crate) use span::span;
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
     PossibleValuesParser::new(MODELS.map(Model::name))
         .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
+}
+
+/// Steps per turn, as a rating plate has them.
+pub(crate) fn native() -> impl TypedValueParser<Value = u32> {
+    PossibleValuesParser::new(["4096", "8192"]).try_map(|steps| steps.parse::<u32>())
 }
 
 /// One parameter, or every one that the model has.

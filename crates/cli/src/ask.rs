@@ -2,11 +2,12 @@
 
 use std::io::{self, BufRead, IsTerminal, Write};
 
+use crate::arguments::Consent;
 use crate::output::{Failure, bad_input};
 
 /// Asks on standard error. Without a terminal nobody can answer, so `--yes` must have been given.
-pub(crate) fn confirmed(yes: bool, what: &str) -> Result<(), Failure> {
-    if yes {
+pub(crate) fn confirmed(consent: Consent, what: &str) -> Result<(), Failure> {
+    if consent.yes {
         return Ok(());
     }
     let stdin = io::stdin();

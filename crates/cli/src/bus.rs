@@ -11,9 +11,10 @@ use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
 use encoring_station::{SharedWorld, Simulated, Speed};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, Model};
+use encoring_words::Duration;
 
 use crate::arguments::bus::{BusArguments, Encoder, Target};
+use crate::arguments::{TypeLabel, possible};
 use crate::memories::remember;
 use crate::output::{Failure, bad_input, note};
 use crate::told::{Failed, FailureView};
@@ -66,7 +67,7 @@ pub(crate) fn gateway(address: &str) -> Result<Address, Failure> {
 impl BusArguments {
     /// Opens the ring. `speed` is that of a simulated one.
     pub(crate) fn open(&self, speed: Speed) -> Result<Opened, Failure> {
-        let address = self.address()?;
+        let address = self.place.get()?;
         let stop = stop_mark()?;
         let address = address.to_owned();
         match simulated_ring(&address)? {
@@ -76,7 +77,7 @@ impl BusArguments {
                 Ok(Opened { bus: Box::new(bus), world, address, memories, stop })
             }
             None => {
-                if self.state.is_some() {
+                if self.memories.state.is_some() {
                     return Err(bad_input(
                         "--state is for simulated rings; a real encoder keeps its own memory",
                     ));
@@ -90,7 +91,7 @@ impl BusArguments {
     fn simulated(&self, scenario: &Scenario, speed: Speed) -> Result<(Simulated, Option<Memories>), Failure> {
         let mut world = World::new(scenario).map_err(bad_input)?;
         let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
-        let memories = match &self.state {
+        let memories = match &self.memories.state {
             Some(folder) => {
                 let lock = remember(folder, &units, &mut world)?;
                 Some(Memories { folder: folder.clone(), _lock: lock })
@@ -112,14 +113,14 @@ impl Encoder {
     }
 
     fn target(&self, opened: &Opened, position: usize) -> Result<Target, Failure> {
-        let given = self.native.as_deref().and_then(|steps| steps.parse().ok());
+        let TypeLabel { model, native: given } = self.label;
         let (model, native) = match opened.unit(position)? {
             Some(unit) => {
                 let native = match unit.sensor() {
                     Sensor::Rotary { steps_per_turn } => Some(steps_per_turn),
                     Sensor::Linear { .. } => None,
                 };
-                if let Some(model) = self.model.filter(|model| *model != unit.model()) {
+                if let Some(model) = model.filter(|model| *model != unit.model()) {
                     return Err(bad_input(format!(
                         "--model {model}: the encoder at position {position} is a {}",
                         unit.model()
@@ -128,7 +129,7 @@ impl Encoder {
                 (unit.model(), given.or(native))
             }
             None => {
-                let model = self.model.ok_or_else(|| {
+                let model = model.ok_or_else(|| {
                     bad_input(
                         "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
                     )
@@ -136,13 +137,8 @@ impl Encoder {
                 (model, given)
             }
         };
-        match (model, native) {
-            (Model::La66, Some(_)) => Err(bad_input("--native: a la-66 has no steps per turn")),
-            (Model::Ce100M, Some(8192)) => {
-                Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"))
-            }
-            _ => Ok(Target { position, model, native }),
-        }
+        possible(model, native)?;
+        Ok(Target { position, model, native })
     }
 }
 

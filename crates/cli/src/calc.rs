@@ -3,14 +3,13 @@
 mod text;
 mod view;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{Args, Subcommand};
 use encoring_host::scaling::{Native, Ratio, Rotary};
 use encoring_words::Model;
-use encoring_words::model::UnknownModel;
 
 use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range};
-use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::arguments::{Output, TypeLabel, possible};
+use crate::output::{Answer, Failure, bad_input};
 use view::CalcView;
 
 /// Calculate what to program for a range, and the words that do it
@@ -27,9 +26,8 @@ pub(crate) struct Arguments {
     #[command(subcommand)]
     encoder: Encoder,
 
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text", global = true)]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Subcommand, Debug)]
@@ -39,6 +37,8 @@ enum Encoder {
 }
 
 /// For a shaft: services 02, 03 and 09 of a CE-100-M or CE-65-M
+///
+/// With 4096 steps per turn if --native says nothing. --model leaves out what concerns only the other model.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -49,27 +49,8 @@ struct RotaryArguments {
     #[command(flatten)]
     range: RotaryRange,
 
-    /// Steps per turn on the rating plate
-    #[arg(long, default_value = "4096")]
-    native: NativeOption,
-
-    /// Leave out what concerns only the other model
-    #[arg(long, value_parser = rotary_model())]
-    model: Option<Model>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum NativeOption {
-    #[value(name = "4096")]
-    Q4096,
-    /// An option of the CE-65-M
-    #[value(name = "8192")]
-    Q8192,
-}
-
-fn rotary_model() -> impl TypedValueParser<Value = Model> {
-    PossibleValuesParser::new([Model::Ce100M, Model::Ce65M].map(Model::name))
-        .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
+    #[command(flatten)]
+    label: TypeLabel,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -77,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Encoder::Rotary(rotary) => rotary_view(rotary)?,
         Encoder::Linear(linear) => linear_view(linear)?,
     };
-    print(arguments.format, &view)?;
+    arguments.output.print(&view)?;
     Ok(if view.usable() { Answer::Yes } else { Answer::No })
 }
 
@@ -92,19 +73,20 @@ struct Asked {
 }
 
 fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
-    let native = match arguments.native {
-        NativeOption::Q4096 => Native::Q4096,
-        NativeOption::Q8192 => Native::Q8192,
-    };
-    if native == Native::Q8192 && arguments.model == Some(Model::Ce100M) {
-        return Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"));
+    let TypeLabel { model, native } = arguments.label;
+    if let Some(model) = model {
+        if model == Model::La66 {
+            return Err(bad_input("--model la-66 is a rod, no shaft: `encoring calc linear`"));
+        }
+        possible(model, native)?;
     }
+    let native = if native == Some(8192) { Native::Q8192 } else { Native::Q4096 };
     let (steps_per_turn, found) = rotary_range(&arguments.range, native)?;
     Ok(CalcView::rotary(&Asked {
         steps_per_turn,
         mm_per_turn: arguments.range.mm_per_turn,
         native,
-        model: arguments.model,
+        model,
         found,
     }))
 }

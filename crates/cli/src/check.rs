@@ -10,8 +10,9 @@ use encoring_host::service::{Check, check};
 use serde::Serialize;
 
 use crate::arguments::bus::{Encoder, Target};
+use crate::arguments::{Consent, Output};
 use crate::ask::confirmed;
-use crate::output::{Answer, Failure, Format, print};
+use crate::output::{Answer, Failure};
 use crate::told::{Failed, Shown, StatusView, TargetView};
 
 /// Run the data check: which error is pending, and is it over
@@ -29,12 +30,10 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     encoder: Encoder,
-    /// Do not ask
-    #[arg(long)]
-    yes: bool,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    consent: Consent,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Serialize)]
@@ -71,7 +70,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("check")?;
     let (mut opened, target) = arguments.encoder.open()?;
     confirmed(
-        arguments.yes,
+        arguments.consent,
         &format!(
             "{}: the data check makes values count that were programmed and never checked; the position may jump.",
             TargetView::new(target)
@@ -80,7 +79,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));
     opened.close()?;
     let view = told?;
-    print(arguments.format, &view)?;
+    arguments.output.print(&view)?;
     Ok(if view.check.is_good() { Answer::Yes } else { Answer::No })
 }
 

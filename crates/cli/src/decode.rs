@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use encoring_words::Model;
 use encoring_words::model::MODELS;
 
-use crate::arguments;
+use crate::arguments::{self, Output};
 use crate::output::{Answer, Failure, Format, bad_input};
 use crate::word_view::{Shown, WordView};
 
@@ -35,9 +35,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_parser = arguments::model())]
     model: Option<Model>,
 
-    /// Text for people, or one JSON object a line for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -54,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         models: model.as_ref().map_or(&MODELS, <[Model; 1]>::as_slice),
     };
     let mut printer =
-        Printer { shown, format: arguments.format, sink: io::stdout().lock(), page: Vec::new() };
+        Printer { shown, format: arguments.output.format, sink: io::stdout().lock(), page: Vec::new() };
     match arguments.words.as_slice() {
         [] => from_lines(&mut printer)?,
         [dash] if dash == "-" => from_lines(&mut printer)?,

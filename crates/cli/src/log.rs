@@ -8,16 +8,23 @@ use std::time::{Duration as Real, Instant as Clock, SystemTime};
 use clap::Args;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
 use encoring_bus::{Link, Verdict};
+<<<<<<< HEAD
 use encoring_station::{SharedWorld, Speed};
+=======
+>>>>>>> 61ec9f0 (Options that several commands have are written once)
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments::span;
+<<<<<<< HEAD
 use crate::bus::AnyBus;
+=======
+use crate::arguments::{Lasting, Output, Pace};
+>>>>>>> 61ec9f0 (Options that several commands have are written once)
 use crate::output::time::seconds;
-use crate::output::{Answer, Failure, Format, bad_input, note, print};
+use crate::output::{Answer, Failure, bad_input, note};
 use crate::subjects::SubjectArguments;
 use crate::told::looked;
 
@@ -59,15 +66,12 @@ pub(crate) struct Arguments {
     /// Finished files to keep; the oldest beyond that is deleted
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=9_999))]
     keep: u32,
-    /// How long to log
-    #[arg(long = "for", value_name = "TIME", value_parser = span)]
-    lasting: Option<Duration>,
-    /// How fast time passes on a simulated ring: a factor from 0.001 to 1000, or max [default: 1]
-    #[arg(long, value_name = "FACTOR|max")]
-    speed: Option<Speed>,
-    /// The summary: text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    lasting: Lasting,
+    #[command(flatten)]
+    pace: Pace,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn every(text: &str) -> Result<Duration, String> {
@@ -120,14 +124,14 @@ impl From<LogError> for Failure {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let mut opened = arguments.subjects.ring.open(arguments.speed.unwrap_or(Speed::REAL))?;
-    if arguments.speed.is_some() && !opened.is_simulated() {
+    let mut opened = arguments.subjects.ring.open(arguments.pace.or_real())?;
+    if arguments.pace.speed.is_some() && !opened.is_simulated() {
         return Err(bad_input("--speed: only the time of a simulated ring can be told how to pass"));
     }
     let subjects = arguments.subjects.subjects(&opened)?;
     let rotation = Rotation { bytes: u64::from(arguments.rotate_mb) * 1_000_000, keep: arguments.keep };
     let log = Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation)?;
-    let plan = Plan { every: arguments.every, lasting: arguments.lasting };
+    let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
     let stop = opened.stop();
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
@@ -136,7 +140,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if special {
         note(&summary.to_string());
     } else {
-        print(arguments.format, &summary)?;
+        arguments.output.print(&summary)?;
     }
     opened.close()?;
     Ok(answer)
@@ -180,7 +184,7 @@ impl<'a> Logging<'a> {
     fn new(log: Log, arguments: &'a Arguments) -> Self {
         let now = Clock::now();
         let verdicts = [0; Verdict::WORDS.len()];
-        let bar = io::stderr().is_terminal().then(|| bar(arguments.lasting));
+        let bar = io::stderr().is_terminal().then(|| bar(arguments.lasting.lasting));
         Self { log, arguments, before: Vec::new(), verdicts, polls: 0, flushed: now, shown: now, bar }
     }
 
@@ -267,7 +271,7 @@ impl<'a> Logging<'a> {
             seconds(passed.as_nanos()),
             self.log.files()
         ));
-        if self.arguments.lasting.is_some() {
+        if self.arguments.lasting.lasting.is_some() {
             bar.set_position(passed.as_nanos() / 1_000_000);
         } else {
             bar.tick();

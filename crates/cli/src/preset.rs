@@ -11,9 +11,10 @@ use serde::Serialize;
 
 use crate::arguments;
 use crate::arguments::bus::{Encoder, Target};
+use crate::arguments::{Consent, Output};
 use crate::ask::confirmed;
 use crate::bus::Opened;
-use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::output::{Answer, Failure, bad_input};
 use crate::told::{FailureView, TargetView};
 
 /// Make the position a value, here and now (preset adjustment, service 06)
@@ -34,12 +35,10 @@ pub(crate) struct Arguments {
     value: u32,
     #[command(flatten)]
     encoder: Encoder,
-    /// Do not ask
-    #[arg(long)]
-    yes: bool,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    consent: Consent,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Serialize)]
@@ -75,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let told = arguments.adjust(&mut opened, target);
     opened.close()?;
     let view = told?;
-    print(arguments.format, &view)?;
+    arguments.output.print(&view)?;
     Ok(view.failure.map_or(Answer::Yes, |failure| failure.answer()))
 }
 
@@ -87,7 +86,7 @@ impl Arguments {
         let shown = preset.before().ok_or_else(|| bad_input("the encoder shows no position"))?;
         let pending = if preset.error_pending() { " An error is pending: see `encoring check`." } else { "" };
         confirmed(
-            self.yes,
+            self.consent,
             &format!(
                 "{}: the position is {shown} now and shall be {}. The old zero cannot be read back.{pending}",
                 TargetView::new(target),

@@ -11,8 +11,9 @@ use encoring_modbus::{Address, Client};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
+use crate::arguments::Output;
 use crate::bus::stop_mark;
-use crate::output::{Answer, Failure, Format, print};
+use crate::output::{Answer, Failure};
 
 /// Find the encoders of an unknown gateway: register, table and word order
 ///
@@ -35,9 +36,8 @@ pub(crate) struct Arguments {
     /// The most requests
     #[arg(long, value_name = "N", default_value_t = Limits::default().requests)]
     requests: u32,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Serialize)]
@@ -115,7 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     });
     bar.finish_and_clear();
     let report = report.map_err(|error| Failure::NoAnswer(error.to_string()))?;
-    print(arguments.format, &ProbeView::new(&report))?;
+    arguments.output.print(&ProbeView::new(&report))?;
     if report.end == End::Stopped && report.candidates.is_empty() {
         return Err(Failure::NoAnswer("interrupted".to_owned()));
     }

@@ -12,9 +12,10 @@ use encoring_words::{InWord, Parameter};
 use encoring_workshop::ParameterFile;
 
 use crate::arguments::bus::{Encoder, Target};
+use crate::arguments::{Consent, Output};
 use crate::ask::confirmed;
 use crate::bus::Opened;
-use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::output::{Answer, Failure, bad_input};
 use crate::told::TargetView;
 use view::ProgramView;
 
@@ -23,9 +24,8 @@ use view::ProgramView;
 pub(crate) struct How {
     #[command(flatten)]
     pub(crate) encoder: Encoder,
-    /// Do not ask
-    #[arg(long, global = true)]
-    yes: bool,
+    #[command(flatten)]
+    consent: Consent,
     /// Show what would be written, and end
     #[arg(long, global = true)]
     dry_run: bool,
@@ -35,9 +35,8 @@ pub(crate) struct How {
     /// Keep no old values
     #[arg(long, conflicts_with = "backup", global = true)]
     no_backup: bool,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text", global = true)]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 impl How {
@@ -54,7 +53,7 @@ impl How {
         let told = self.program(&mut opened, target, program);
         opened.close()?;
         let view = told?;
-        print(self.format, &view)?;
+        self.output.print(&view)?;
         Ok(view.answer())
     }
 
@@ -67,7 +66,7 @@ impl How {
         }
         let mut backup = None;
         if prepared.stopped().is_none() && prepared.changes() {
-            confirmed(self.yes, &question(target, &prepared))?;
+            confirmed(self.consent, &question(target, &prepared))?;
             backup = self.keep(simulated, &address, target, &prepared)?;
         }
         opened.serve(target, patience, |master| {

@@ -11,9 +11,10 @@ use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;
 
+use crate::arguments::Output;
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
-use crate::output::{Answer, Failure, Format, print};
+use crate::output::{Answer, Failure};
 use crate::told::{Failed, FailureView, Shown, TargetView, meaning};
 
 /// Read what is programmed in an encoder
@@ -35,9 +36,8 @@ pub(crate) struct Arguments {
     parameter: Parameters,
     #[command(flatten)]
     encoder: Encoder,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Serialize)]
@@ -118,7 +118,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let told = opened.serve(target, arguments.encoder.patience, |master| look(master, target, &wanted));
     opened.close()?;
     let view = told?;
-    print(arguments.format, &view)?;
+    arguments.output.print(&view)?;
     Ok(if view.failures.is_empty() { Answer::Yes } else { Answer::No })
 }
 

@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 
-use clap::builder::PossibleValuesParser;
 use clap::{Args, ValueEnum};
 use encoring_encoder::{ServiceTimes, Unit};
 use encoring_sim::replay::{Difference, compare, play};
@@ -15,6 +14,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments;
+use crate::arguments::{Output, TypeLabel};
 use crate::output::{self, Answer, Failure, Format, bad_input};
 
 /// Play a trace into an encoder and compare every IN word
@@ -25,7 +25,8 @@ The first ten differences are shown; the last line is always like
 trace or the options are wrong. With --print standard output holds the trace and
 nothing else; differences and the last line then go to standard error.
 
-A trace starts from a new encoder with factory values. A recording (its first
+A trace starts from a new encoder with factory values, and 4096 steps per turn
+if --native says nothing. A recording (its first
 line is `# encoring-trace 1`) names its encoders: --at chooses one, and its
 memory, model and all other settings come from the file.
 
@@ -38,13 +39,8 @@ pub(crate) struct Arguments {
     #[arg(value_name = "TRACE.csv")]
     trace: String,
 
-    /// The encoder; a recording names its own
-    #[arg(long, value_parser = arguments::model())]
-    model: Option<Model>,
-
-    /// Steps per turn of a rotary encoder [default: 4096]
-    #[arg(long, value_name = "STEPS", value_parser = PossibleValuesParser::new(["4096", "8192"]))]
-    native: Option<String>,
+    #[command(flatten)]
+    label: TypeLabel,
 
     /// Rod length of an LA-66 in millimetres [default: 500]
     #[arg(long, value_name = "N", value_parser = arguments::millimetres)]
@@ -62,9 +58,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "POSITION", value_parser = clap::value_parser!(u8).range(0..=127))]
     at: Option<u8>,
 
-    /// Text for people, or one JSON object as the last line for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -87,20 +82,20 @@ impl Times {
 impl Arguments {
     /// What the options say the encoder measures with; `None` where they say nothing.
     fn sensor(&self) -> Option<Sensor> {
-        let native = self.native.as_ref().and_then(|steps| steps.parse().ok());
-        native
+        self.label
+            .native
             .map(|steps_per_turn| Sensor::Rotary { steps_per_turn })
             .or(self.rod_mm.map(|rod_um| Sensor::Linear { rod_um }))
     }
 
     /// The option behind [`sensor`](Self::sensor), to begin a message with.
     fn sensor_option(&self) -> &'static str {
-        if self.native.is_some() { "--native" } else { "--rod-mm" }
+        if self.label.native.is_some() { "--native" } else { "--rod-mm" }
     }
 
     /// The encoder of a trace.
     fn unit(&self) -> Result<Unit, Failure> {
-        let Some(model) = self.model else {
+        let Some(model) = self.label.model else {
             return Err(bad_input(
                 "--model is missing: a trace does not name its encoder; it is la-66, ce-100-m or ce-65-m",
             ));
@@ -117,7 +112,7 @@ impl Arguments {
 
     /// Refuses options that contradict the encoder of a recording.
     fn agree_with(&self, unit: &Unit) -> Result<(), Failure> {
-        let contradiction = if self.model.is_some_and(|model| model != unit.model()) {
+        let contradiction = if self.label.model.is_some_and(|model| model != unit.model()) {
             "--model"
         } else if self.sensor().is_some_and(|sensor| sensor != unit.sensor()) {
             self.sensor_option()
@@ -142,7 +137,7 @@ impl Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    if arguments.native.is_some() && arguments.rod_mm.is_some() {
+    if arguments.label.native.is_some() && arguments.rod_mm.is_some() {
         return Err(bad_input("--native and --rod-mm: an encoder turns or is a rod, not both"));
     }
     let source = Source::open(arguments)?;
@@ -247,7 +242,7 @@ impl<'a> Player<'a> {
             position: arguments.at,
             chosen: arguments.at.is_some(),
             file,
-            format: arguments.format,
+            format: arguments.output.format,
             progress,
             lines: io::stdout(),
             printed,

@@ -9,7 +9,8 @@ use encoring_ring::{CycleTime, ENCODERS_MAX};
 use encoring_words::Duration;
 use serde::Serialize;
 
-use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::arguments::Output;
+use crate::output::{Answer, Failure, bad_input};
 
 /// The longest software time that is taken, in microseconds.
 const SOFTWARE_US_MAX: u32 = 1_000_000;
@@ -58,9 +59,8 @@ struct CycleTimeArguments {
     /// The master's own time in each cycle; its manual tells
     #[arg(long, value_name = "US", default_value_t = 200)]
     software_us: u32,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 #[derive(Serialize)]
@@ -164,6 +164,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         // One decimal is what people read; programs have the time itself.
         cycles_per_s: (1e10 / cycle_ns as f64).round() / 10.0,
     };
-    print(arguments.format, &view)?;
+    arguments.output.print(&view)?;
     Ok(Answer::Yes)
 }

@@ -7,9 +7,11 @@ use encoring_modbus::inline::DATA;
 use encoring_ring::diagnostics::Place;
 use encoring_sim::scan::scan;
 
-use crate::arguments::fault::{self, FaultArgument};
+use crate::arguments::Output;
+use crate::arguments::bus::Address;
+use crate::arguments::fault::{self, Faults};
 use crate::bus::{gateway, simulated_ring};
-use crate::output::{Answer, Failure, Format, bad_input, print};
+use crate::output::{Answer, Failure, bad_input};
 
 mod view;
 
@@ -30,31 +32,28 @@ Examples:
   encoring scan --bus sim --fault jumper:1
   encoring scan --bus 'modbus-tcp://192.168.1.10?layout=inline' --format json")]
 pub(crate) struct Arguments {
-    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
-    #[arg(long, value_name = "ADDRESS")]
-    bus: String,
-    /// On a simulated ring, a fault beside what the scenario has, as of sim --fault; may be repeated
-    #[arg(long = "fault", value_name = "FAULT")]
-    faults: Vec<FaultArgument>,
-    /// Text for people, or one JSON object for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    place: Address,
+    #[command(flatten)]
+    faults: Faults,
+    #[command(flatten)]
+    output: Output,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let address = arguments.bus.as_str();
+    let address = arguments.place.get()?;
     if let Some(mut scenario) = simulated_ring(address)? {
         scenario.level = encoring_sim::Level::Bit;
         fault::add(&arguments.faults, &mut scenario)?;
         let found = scan(&scenario).map_err(bad_input)?;
-        print(arguments.format, &ScanView::of_ring(address, &found))?;
+        arguments.output.print(&ScanView::of_ring(address, &found))?;
         return Ok(match found.place {
             None if found.is_whole() => Answer::Yes,
             Some(Place::Nowhere) => Answer::Unknown,
             _ => Answer::No,
         });
     }
-    if !arguments.faults.is_empty() {
+    if !arguments.faults.faults.is_empty() {
         return Err(bad_input("--fault is for simulated rings"));
     }
     let mut client = Client::new(gateway(address)?)?;
@@ -71,6 +70,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Layout::Inline { data } => data.first,
         Layout::Plain { .. } => DATA.first,
     };
-    print(arguments.format, &ScanView::of_coupler(address, data, &described, &directory))?;
+    arguments.output.print(&ScanView::of_coupler(address, data, &described, &directory))?;
     Ok(Answer::Yes)
 }

@@ -13,7 +13,7 @@ use encoring_modbus::{Counters, Layout, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Record;
-use encoring_station::{Event, Keeper, Options, Outcome, Speed, Station, View};
+use encoring_station::{Event, Keeper, Options, Outcome, Station, View};
 use encoring_trace::Writer;
 use encoring_trace::wave::{Format as WaveFormat, Sink};
 use encoring_words::Duration;
@@ -22,8 +22,9 @@ use serde::Serialize;
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
-use crate::arguments::fault::{self, FaultArgument};
+use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
+use crate::arguments::{Lasting, Output, Pace, State};
 use crate::memories::remember;
 use crate::output::{Answer, Failure, Format, bad_input, note};
 
@@ -83,22 +84,18 @@ pub(crate) struct Arguments {
     /// The page in the browser; only off so far.
     #[arg(long, value_name = "ADDR", default_value = "off", value_parser = ["off"])]
     web: String,
-    /// Folder of the encoders' memories; made if it is not there.
-    #[arg(long, value_name = "DIR")]
-    state: Option<PathBuf>,
-    /// Time on the ring after which it stops: 90, 90s, 1h 30m.
-    #[arg(long = "for", value_name = "TIME", value_parser = span)]
-    lasting: Option<Duration>,
-    /// How fast time passes: a factor from 0.001 to 1000, or max.
-    #[arg(long, value_name = "FACTOR|max", default_value = "1")]
-    speed: Speed,
+    #[command(flatten)]
+    memories: State,
+    #[command(flatten)]
+    lasting: Lasting,
+    #[command(flatten)]
+    pace: Pace,
     /// How the ring is simulated, in place of what the scenario says: all words of a cycle at once, or every bit on
     /// every segment.
     #[arg(long, value_name = "word|bit", value_parser = level)]
     level: Option<Level>,
-    /// A fault beside what the scenario has; may be repeated. What can be written is below.
-    #[arg(long = "fault", value_name = "FAULT")]
-    faults: Vec<FaultArgument>,
+    #[command(flatten)]
+    faults: Faults,
     /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
     /// signals over time for GTKWave: at bit level every line bit of every segment.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
@@ -109,9 +106,8 @@ pub(crate) struct Arguments {
     /// Prints the scenario of the built-in ring and ends.
     #[arg(long, conflicts_with = "scenario")]
     example: bool,
-    /// How to print.
-    #[arg(long, value_enum, default_value_t)]
-    format: Format,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn level(text: &str) -> Result<Level, &'static str> {
@@ -175,15 +171,15 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let control = listen("--control", address("--control", &arguments.control)?).await?;
     let mut world = World::new(scenario).map_err(bad_input)?;
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
-    let _lock = match &arguments.state {
+    let _lock = match &arguments.memories.state {
         Some(folder) => Some(remember(folder, &units, &mut world)?),
         None => None,
     };
     let recording = arguments.record.as_deref().map(|file| Recording::start(file, &mut world)).transpose()?;
     let (partial, record) = recording.map_or((None, None), |(partial, record)| (Some(partial), Some(record)));
-    let options = Options { speed: arguments.speed, until: arguments.lasting, record };
+    let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
     let station = Station::start(world, options)?;
-    let keeper = match &arguments.state {
+    let keeper = match &arguments.memories.state {
         Some(folder) => {
             Some(Keeper::start(station.handle().clone(), folder.clone(), units.clone()).map_err(bad_input)?)
         }
@@ -196,7 +192,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         while stopped.changed().await.is_ok() {}
     };
     let mut report = Report {
-        format: arguments.format,
+        format: arguments.output.format,
         layout: arguments.layout,
         next_event: 0,
         counters: arguments.counters,
@@ -228,7 +224,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
         let ring = station.handle().clone();
         tokio::spawn(encoring_control::serve(listener, ring, units.clone(), options, until_stopped(stopped)));
     }
-    let progress = Progress::new(arguments.lasting);
+    let progress = Progress::new(arguments.lasting.lasting);
     tokio::select! {
         () = signalled.notified() => {}
         ended = finished(&station, &progress, &mut report) => ended?,

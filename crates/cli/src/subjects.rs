@@ -11,6 +11,7 @@ use encoring_workshop::ParameterFile;
 
 use crate::arguments;
 use crate::arguments::bus::BusArguments;
+use crate::arguments::possible;
 use crate::arguments::span;
 use crate::bus::Opened;
 use crate::output::{Failure, bad_input};
@@ -30,8 +31,8 @@ pub(crate) struct SubjectArguments {
     #[arg(long, value_name = "MODEL[,MODEL..]", value_parser = arguments::model(), value_delimiter = ',')]
     model: Vec<Model>,
     /// Steps per turn on the rating plates, 4096 or 8192: of all, or of each
-    #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = ["4096", "8192"], value_delimiter = ',')]
-    native: Vec<String>,
+    #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = arguments::native(), value_delimiter = ',')]
+    native: Vec<u32>,
     /// The active parameters of an encoder: one file for each in the order of --at, or POSITION=FILE.toml
     #[arg(long, value_name = "FILE.toml")]
     parameters: Vec<String>,
@@ -118,11 +119,10 @@ impl SubjectArguments {
         let of = |k: usize, given: usize| if given == 1 { 0 } else { k };
         let mut asked: Vec<Asked> = Vec::new();
         for (k, position) in at.0.iter().enumerate() {
-            let native = self.native.get(of(k, self.native.len()));
             asked.push(Asked {
                 position: *position,
                 model: self.model.get(of(k, self.model.len())).copied(),
-                native: native.and_then(|steps| steps.parse().ok()),
+                native: self.native.get(of(k, self.native.len())).copied(),
                 file: None,
             });
         }
@@ -190,11 +190,10 @@ impl SubjectArguments {
             return Err(bad_input(problem));
         }
         let native = native.or(file.as_ref().and_then(|(_, file)| file.native));
+        // One number may be meant for all, rods among them.
+        possible(model, native.filter(|_| model != Model::La66))?;
         let sensor = match (model, native) {
             (Model::La66, _) => None,
-            (Model::Ce100M, Some(8192)) => {
-                return Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has 4096"));
-            }
             (Model::Ce100M, _) => Some(Sensor::Rotary { steps_per_turn: 4096 }),
             (Model::Ce65M, native) => native.map(|steps_per_turn| Sensor::Rotary { steps_per_turn }),
         };

@@ -15,7 +15,11 @@ use encoring_words::Duration;
 use serde::Serialize;
 
 use crate::arguments::span;
+<<<<<<< HEAD
 use crate::bus::AnyBus;
+=======
+use crate::arguments::{Lasting, Output};
+>>>>>>> 61ec9f0 (Options that several commands have are written once)
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
@@ -51,12 +55,10 @@ pub(crate) struct Arguments {
     /// How often to look
     #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = every)]
     every: Duration,
-    /// How long to watch
-    #[arg(long = "for", value_name = "TIME", value_parser = span)]
-    lasting: Option<Duration>,
-    /// Text for people, or one JSON object a line for programs (docs/json.md)
-    #[arg(long, default_value = "text")]
-    format: Format,
+    #[command(flatten)]
+    lasting: Lasting,
+    #[command(flatten)]
+    output: Output,
 }
 
 fn every(text: &str) -> Result<Duration, String> {
@@ -71,16 +73,21 @@ fn every(text: &str) -> Result<Duration, String> {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut opened = arguments.subjects.ring.open(Speed::REAL)?;
     let subjects = arguments.subjects.subjects(&opened)?;
-    let plan = Plan { every: arguments.every, lasting: arguments.lasting };
+    let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
     let about =
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     let (stop, quit) = (opened.stop(), opened.stop());
+<<<<<<< HEAD
     let watch =
         Watched { watch: Watch::new(&mut *opened.bus, subjects, plan, stop), world: opened.world.clone() };
     let answer = if arguments.format == Format::Text && io::stdout().is_terminal() {
+=======
+    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
+    let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
+>>>>>>> 61ec9f0 (Options that several commands have are written once)
         live::run(watch, about, &quit)?
     } else {
-        Lines::new(about, arguments.format).run(watch)?
+        Lines::new(about, arguments.output.format).run(watch)?
     };
     opened.close()?;
     Ok(answer)

@@ -1,22 +1,26 @@
 //! Which ring, and which encoder of it.
 
-use std::path::PathBuf;
-
 use clap::Args;
 use encoring_words::{Duration, Model};
 
-use super::{model, span};
+use super::{State, TypeLabel, span};
 use crate::output::{Failure, bad_input};
+
+/// Where the ring is.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct Address {
+    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
+    #[arg(long, value_name = "ADDRESS", global = true, required = false)]
+    bus: Option<String>,
+}
 
 /// Which ring.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct BusArguments {
-    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
-    #[arg(long, value_name = "ADDRESS", global = true, required = false)]
-    pub(crate) bus: Option<String>,
-    /// Folder of the simulated encoders' memories; without it they are new every time.
-    #[arg(long, value_name = "DIR", global = true)]
-    pub(crate) state: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) place: Address,
+    #[command(flatten)]
+    pub(crate) memories: State,
     /// Refuse everything that changes something in an encoder.
     #[arg(long, global = true)]
     pub(crate) read_only: bool,
@@ -30,12 +34,8 @@ pub(crate) struct Encoder {
     /// Ring position of the encoder, from 0.
     #[arg(long, value_name = "POSITION", global = true, required = false)]
     pub(crate) at: Option<usize>,
-    /// The encoder's model; a simulated ring knows it.
-    #[arg(long, value_parser = model(), global = true)]
-    pub(crate) model: Option<Model>,
-    /// Steps per turn on the rating plate, 4096 or 8192.
-    #[arg(long, value_name = "STEPS", value_parser = ["4096", "8192"], global = true)]
-    pub(crate) native: Option<String>,
+    #[command(flatten)]
+    pub(crate) label: TypeLabel,
     /// How long to wait for each step of a handshake.
     #[arg(long, value_name = "TIME", default_value = "1s", value_parser = span, global = true)]
     pub(crate) patience: Duration,
@@ -65,14 +65,16 @@ impl Target {
     }
 }
 
-impl BusArguments {
+impl Address {
     /// The address, which is always to be said: nobody shall believe that a simulation is the machine.
-    pub(crate) fn address(&self) -> Result<&str, Failure> {
+    pub(crate) fn get(&self) -> Result<&str, Failure> {
         self.bus.as_deref().ok_or_else(|| {
             bad_input("--bus ADDRESS is missing; --bus sim is the built-in ring, the others are in --help")
         })
     }
+}
 
+impl BusArguments {
     /// Refuses a command that changes something.
     pub(crate) fn writing(&self, command: &str) -> Result<(), Failure> {
         if self.read_only {

@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use clap::Args;
 use encoring_ring::Ident;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::Jumper;
@@ -18,6 +19,14 @@ const KINDS: &str =
 
 /// The supply when it is back.
 const SUPPLY_MV: u32 = 24_000;
+
+/// Faults beside those of the scenario.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct Faults {
+    /// On a simulated ring, a fault beside what the scenario has; may be repeated. `encoring sim --help` has the kinds
+    #[arg(long = "fault", value_name = "FAULT")]
+    pub(crate) faults: Vec<FaultArgument>,
+}
 
 /// A fault as it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -167,10 +176,10 @@ impl FaultArgument {
 }
 
 /// Adds faults to a scenario, in their order of time and behind what it has at the same time.
-pub(crate) fn add(faults: &[FaultArgument], scenario: &mut Scenario) -> Result<(), Failure> {
+pub(crate) fn add(faults: &Faults, scenario: &mut Scenario) -> Result<(), Failure> {
     let problem =
         |fault: &FaultArgument, problem: String| bad_input(format!("--fault {}: {problem}", fault.text));
-    for fault in faults {
+    for fault in &faults.faults {
         let events = fault.events(scenario).map_err(|why| problem(fault, why))?;
         // A ring has one troubled segment at a time; a second one would quietly end the first.
         let of_line = |event: &Event| match event.what {
@@ -236,7 +245,7 @@ mod tests {
     fn what_a_device_suffers_ends_with_its_time() {
         let mut scenario = Scenario::built_in().unwrap();
         let before = scenario.events.len();
-        add(&["supply:1@1+2".parse().unwrap()], &mut scenario).unwrap();
+        add(&Faults { faults: vec!["supply:1@1+2".parse().unwrap()] }, &mut scenario).unwrap();
         let added: Vec<_> = scenario.events.iter().skip(before).map(|event| event.at.as_nanos()).collect();
         assert_eq!(added, [1_000_000_000, 3_000_000_000]);
     }

@@ -1,0 +1,86 @@
+//! Options that more than one command has, each written once.
+
+use std::io;
+use std::path::PathBuf;
+
+use clap::Args;
+use encoring_station::Speed;
+use encoring_words::{Duration, Model};
+
+use super::{model, native, span};
+use crate::output::{Failure, Format, bad_input, print};
+
+/// How to print.
+#[derive(Args, Debug, Clone, Copy)]
+pub(crate) struct Output {
+    /// Text for people, or JSON for programs: one object, or one a line (docs/json.md)
+    #[arg(long, default_value = "text", global = true)]
+    pub(crate) format: Format,
+}
+
+impl Output {
+    /// Prints a report.
+    pub(crate) fn print<V: std::fmt::Display + serde::Serialize>(self, view: &V) -> io::Result<()> {
+        print(self.format, view)
+    }
+}
+
+/// Consent that is given before it is asked for.
+#[derive(Args, Debug, Clone, Copy)]
+pub(crate) struct Consent {
+    /// Do not ask
+    #[arg(long, global = true)]
+    pub(crate) yes: bool,
+}
+
+/// What the type label of an encoder says.
+#[derive(Args, Debug, Clone, Copy)]
+pub(crate) struct TypeLabel {
+    /// The encoder's model; a simulated ring and a recording know it
+    #[arg(long, value_parser = model(), global = true)]
+    pub(crate) model: Option<Model>,
+    /// Steps per turn on the rating plate of a rotary encoder; 8192 is an option of the ce-65-m
+    #[arg(long, value_name = "STEPS", value_parser = native(), global = true)]
+    pub(crate) native: Option<u32>,
+}
+
+/// Refuses steps per turn that a model never has.
+pub(crate) fn possible(model: Model, native: Option<u32>) -> Result<(), Failure> {
+    match (model, native) {
+        (Model::La66, Some(_)) => Err(bad_input("--native: a la-66 has no steps per turn")),
+        (Model::Ce100M, Some(8192)) => {
+            Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Where simulated encoders remember.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct State {
+    /// Folder of the simulated encoders' memories, made if it is not there; without it they are new every time
+    #[arg(long, value_name = "DIR", global = true)]
+    pub(crate) state: Option<PathBuf>,
+}
+
+/// When to end.
+#[derive(Args, Debug, Clone, Copy)]
+pub(crate) struct Lasting {
+    /// End after this time, on a simulated ring that of the ring: 90, 90s, 1h 30m
+    #[arg(long = "for", value_name = "TIME", value_parser = span)]
+    pub(crate) lasting: Option<Duration>,
+}
+
+/// How a simulated ring passes its time.
+#[derive(Args, Debug, Clone, Copy)]
+pub(crate) struct Pace {
+    /// How fast time passes on a simulated ring: a factor from 0.001 to 1000, or max [default: 1]
+    #[arg(long, value_name = "FACTOR|max")]
+    pub(crate) speed: Option<Speed>,
+}
+
+impl Pace {
+    pub(crate) fn or_real(self) -> Speed {
+        self.speed.unwrap_or(Speed::REAL)
+    }
+}
