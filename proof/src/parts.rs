@@ -191,7 +191,7 @@ const FAULT_SETS: u32 = 1 << FAULTS.len();
 #[derive(Clone, Copy, Debug)]
 enum Beginning {
     Plain,
-    /// N = 0 has been written and put right: bit 29 without a status bit.
+    /// N = 0 has been written and put right: 2^13 is latched, and no value is wrong any more.
     NumeratorPutRight,
     /// N = 0 stands, and the check has found it.
     NumeratorZero,

@@ -291,7 +291,7 @@ impl<'a> Reading<'a> {
                 self.memory_written |= self.programmed[number] != stored;
                 self.programmed[number] = stored;
                 if number == 3 && stored == 0 {
-                    self.pending = true;
+                    self.fault(NUMERATOR_0);
                 }
             }
         }

@@ -333,11 +333,12 @@ impl Encoder {
     ) -> Result<u32, ErrorStatus> {
         let refused = ErrorStatus::WRITING_DATA;
         let value = parameter.normalise(self.unit.model(), data).map_err(|_| refused)?;
-        if parameter == Parameter::Numerator && value == 0 {
-            // Stored all the same, and told by 2^13 as long as it stands [C6].
-            self.errors.pending = true;
-        }
         self.parameters.program(parameter, value, memory).map_err(|records::NotStored| refused)?;
+        if parameter == Parameter::Numerator && value == 0 {
+            // Stored all the same, and latched, so that a data check can name the error even if the numerator was put
+            // right before it [R82, C6].
+            self.errors.raise(ErrorStatus::NUMERATOR_ZERO);
+        }
         self.rescale();
         Ok(value)
     }

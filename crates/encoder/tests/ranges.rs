@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Bench, ce65, ce100, every_model, la66};
+use common::{Bench, CellFault, ce65, ce100, every_model, la66};
 use encoring_words::Model;
 
 const DATA_MAX: u32 = 0xFF_FFFF;
@@ -134,11 +134,24 @@ fn a_numerator_of_0_is_stored_and_flagged_at_once() {
 }
 
 #[test]
-fn a_numerator_of_0_that_is_corrected_before_the_data_check_leaves_no_status() {
+fn a_numerator_of_0_that_is_corrected_before_the_data_check_is_named_by_it_once() {
+    // "Determine the error exactly" [R82]: bit 29 was in the reply, so the check tells which it was.
     for mut bench in [ce100(), ce65()] {
         assert_eq!(bench.service(0xC300_0000), 0xE300_0000);
         assert_eq!(bench.service(0xC300_1000), 0xE300_1000);
+        assert_eq!(bench.data_check(), 0x8800_2000);
         assert_eq!(bench.data_check(), 0x8800_0000);
+    }
+}
+
+#[test]
+fn a_numerator_of_0_that_the_memory_does_not_take_is_2_to_1_and_not_2_to_13() {
+    for mut bench in [ce100(), ce65()] {
+        bench.memory.break_all(CellFault::Write);
+        assert_eq!(bench.service(0xC300_0000), 0xE300_0000);
+        bench.memory.repair();
+        assert_eq!(bench.service(0x8300_0000), 0xA300_1000, "the old one stays");
+        assert_eq!(bench.data_check(), 0x8800_0002);
     }
 }
 
