@@ -10,8 +10,8 @@ use encoring_files::Lock;
 use encoring_modbus::{Address, Client};
 use encoring_sim::{Scenario, World, state};
 use encoring_station::{SharedWorld, Simulated, Speed};
-use encoring_words::model::Sensor;
 use encoring_words::Duration;
+use encoring_words::model::Sensor;
 
 use crate::arguments::bus::{BusArguments, Encoder, Target};
 use crate::arguments::{TypeLabel, possible};

@@ -8,21 +8,15 @@ use std::time::{Duration as Real, Instant as Clock, SystemTime};
 use clap::Args;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
 use encoring_bus::{Link, Verdict};
-<<<<<<< HEAD
-use encoring_station::{SharedWorld, Speed};
-=======
->>>>>>> 61ec9f0 (Options that several commands have are written once)
+use encoring_station::SharedWorld;
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments::span;
-<<<<<<< HEAD
-use crate::bus::AnyBus;
-=======
 use crate::arguments::{Lasting, Output, Pace};
->>>>>>> 61ec9f0 (Options that several commands have are written once)
+use crate::bus::AnyBus;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, bad_input, note};
 use crate::subjects::SubjectArguments;

@@ -15,11 +15,8 @@ use encoring_words::Duration;
 use serde::Serialize;
 
 use crate::arguments::span;
-<<<<<<< HEAD
-use crate::bus::AnyBus;
-=======
 use crate::arguments::{Lasting, Output};
->>>>>>> 61ec9f0 (Options that several commands have are written once)
+use crate::bus::AnyBus;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
@@ -77,14 +74,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let about =
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     let (stop, quit) = (opened.stop(), opened.stop());
-<<<<<<< HEAD
     let watch =
         Watched { watch: Watch::new(&mut *opened.bus, subjects, plan, stop), world: opened.world.clone() };
-    let answer = if arguments.format == Format::Text && io::stdout().is_terminal() {
-=======
-    let watch = Watch::new(&mut opened.bus, subjects, plan, stop);
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
->>>>>>> 61ec9f0 (Options that several commands have are written once)
         live::run(watch, about, &quit)?
     } else {
         Lines::new(about, arguments.output.format).run(watch)?
