@@ -2,7 +2,7 @@
 
 use embedded_storage::{ReadStorage, Storage};
 use encoring_encoder::records::EEPROM_BYTES;
-use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, records};
+use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, Terminals, Unit, records};
 use encoring_words::model::Sensor;
 use encoring_words::{Instant, Model, OutWord};
 
@@ -100,7 +100,7 @@ fn unit(book: &Book) -> Unit {
 /// An EEPROM that remembers which bytes were written, so that few need to be copied back.
 #[derive(Clone)]
 struct Memory {
-    bytes: [u8; EEPROM_BYTES],
+    cells: Ram,
     before: [u8; EEPROM_BYTES],
     journal: Vec<(usize, usize)>,
     written: bool,
@@ -112,12 +112,12 @@ struct Refused;
 
 impl Memory {
     fn blank() -> Self {
-        let bytes = [0xFF; EEPROM_BYTES];
-        Self { bytes, before: bytes, journal: Vec::new(), written: false, unreadable: false }
+        let cells = Ram::blank();
+        Self { before: *cells.image(), cells, journal: Vec::new(), written: false, unreadable: false }
     }
 
     fn mark(&mut self) {
-        self.before = self.bytes;
+        self.before = *self.cells.image();
         self.journal.clear();
         self.written = false;
     }
@@ -125,7 +125,9 @@ impl Memory {
     #[inline]
     fn take_back(&mut self) {
         for (from, to) in self.journal.drain(..) {
-            if let (Some(bytes), Some(before)) = (self.bytes.get_mut(from..to), self.before.get(from..to)) {
+            if let (Some(bytes), Some(before)) =
+                (self.cells.image_mut().get_mut(from..to), self.before.get(from..to))
+            {
                 bytes.copy_from_slice(before);
             }
         }
@@ -138,23 +140,19 @@ impl ReadStorage for Memory {
 
     #[inline]
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
-        let from = offset as usize;
-        let kept = self.bytes.get(from..from + bytes.len()).filter(|_| !self.unreadable).ok_or(Refused)?;
-        bytes.copy_from_slice(kept);
-        Ok(())
+        if self.unreadable { Err(Refused) } else { self.cells.read(offset, bytes).map_err(|_| Refused) }
     }
 
     fn capacity(&self) -> usize {
-        self.bytes.len()
+        self.cells.capacity()
     }
 }
 
 impl Storage for Memory {
     #[inline]
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
-        let (from, to) = (offset as usize, offset as usize + bytes.len());
-        self.bytes.get_mut(from..to).ok_or(Refused)?.copy_from_slice(bytes);
-        self.journal.push((from, to));
+        self.cells.write(offset, bytes).map_err(|_| Refused)?;
+        self.journal.push((offset as usize, offset as usize + bytes.len()));
         self.written = true;
         Ok(())
     }

@@ -11,6 +11,7 @@
 
 pub mod encoder;
 pub mod handshake;
+pub mod memory;
 pub mod parameters;
 pub mod position;
 pub mod preset_input;
@@ -19,4 +20,5 @@ pub mod ssi_output;
 pub mod unit;
 
 pub use encoder::{Encoder, Magnet, Terminals};
+pub use memory::Ram;
 pub use unit::{ServiceTimes, Unit, UnitError, Week, ZeroLoss};

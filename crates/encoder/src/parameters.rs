@@ -131,30 +131,7 @@ fn read_accepted(model: Model, sensor: Sensor, memory: &mut impl Storage) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use core::convert::Infallible;
-    use embedded_storage::ReadStorage;
-
-    struct Ram([u8; records::EEPROM_BYTES]);
-
-    impl ReadStorage for Ram {
-        type Error = Infallible;
-
-        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
-            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
-            Ok(())
-        }
-
-        fn capacity(&self) -> usize {
-            self.0.len()
-        }
-    }
-
-    impl Storage for Ram {
-        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
-            self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
-            Ok(())
-        }
-    }
+    use crate::Ram;
 
     #[test]
     fn a_whole_record_with_a_value_that_no_service_would_store_is_lost() {
@@ -164,7 +141,7 @@ mod tests {
             (Parameter::MeasuringLength, 0xF),
             (Parameter::SsiValues, 0x02_00_18),
         ] {
-            let mut memory = Ram([0xFF; records::EEPROM_BYTES]);
+            let mut memory = Ram::blank();
             records::format(&unit, &mut memory).unwrap();
             records::write(&mut memory, Record::Programmed(parameter), &Data(value)).unwrap();
             let (parameters, faults, taken_over) = Parameters::power_up(&unit, &mut memory);
@@ -176,7 +153,7 @@ mod tests {
     #[test]
     fn an_accepted_set_that_no_data_check_would_accept_is_lost() {
         let unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 }).unwrap();
-        let mut memory = Ram([0xFF; records::EEPROM_BYTES]);
+        let mut memory = Ram::blank();
         records::format(&unit, &mut memory).unwrap();
         let mut set = ParameterSet::factory(unit.sensor());
         set.set(Parameter::Numerator, 1);

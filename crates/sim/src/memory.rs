@@ -3,12 +3,13 @@
 use std::fmt;
 
 use embedded_storage::{ReadStorage, Storage};
+use encoring_encoder::Ram;
 use encoring_encoder::records::EEPROM_BYTES;
 
-/// The bytes of one encoder's EEPROM, and what is wrong with them.
+/// One encoder's EEPROM, and what is wrong with it.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Eeprom {
-    bytes: [u8; EEPROM_BYTES],
+    cells: Ram,
     faults: Vec<Fault>,
     /// Bytes that can still be written before the power is cut.
     cut_after: Option<u64>,
@@ -65,14 +66,14 @@ impl Eeprom {
 
     /// A sound memory with these bytes.
     #[must_use]
-    pub const fn from_image(bytes: [u8; EEPROM_BYTES]) -> Self {
-        Self { bytes, faults: Vec::new(), cut_after: None, written: 0 }
+    pub const fn from_image(image: [u8; EEPROM_BYTES]) -> Self {
+        Self { cells: Ram::from_image(image), faults: Vec::new(), cut_after: None, written: 0 }
     }
 
     /// Its bytes, whatever its faults.
     #[must_use]
     pub const fn image(&self) -> &[u8; EEPROM_BYTES] {
-        &self.bytes
+        self.cells.image()
     }
 
     /// Bytes written so far, those of failing cells too.
@@ -141,8 +142,7 @@ impl ReadStorage for Eeprom {
         if self.is_cut() {
             return Err(MemoryError::PowerCut);
         }
-        let source = self.bytes.get(span.clone()).ok_or(MemoryError::OutOfBounds)?;
-        bytes.copy_from_slice(source);
+        self.cells.read(offset, bytes).map_err(|_| MemoryError::OutOfBounds)?;
         if self.faults.is_empty() {
             return Ok(());
         }
@@ -178,7 +178,7 @@ impl Storage for Eeprom {
             if self.fault(cell, |kind| kind == CellFault::Write).is_some() {
                 return Err(MemoryError::Cell);
             }
-            if let Some(place) = self.bytes.get_mut(cell) {
+            if let Some(place) = self.cells.image_mut().get_mut(cell) {
                 *place = *byte;
             }
         }

@@ -6,14 +6,12 @@
 #![no_std]
 #![no_main]
 
-use core::convert::Infallible;
 use core::hint::black_box;
 use core::num::NonZeroU32;
 
-use embedded_storage::{ReadStorage, Storage};
 use encoring_device::{BusDevice, Surroundings};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
-use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
+use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
 use encoring_host::Seen;
 use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
 use encoring_ring::frame::{self, Control, EndWord, Outgoing};
@@ -43,35 +41,6 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 /// Named by the compiler's own division of 128 bits, which was built to unwind; nothing here does.
 #[unsafe(no_mangle)]
 pub extern "C" fn rust_eh_personality() {}
-
-/// A memory that answers anything at all.
-struct Memory([u8; EEPROM_BYTES]);
-
-impl ReadStorage for Memory {
-    type Error = Infallible;
-
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
-        for (k, byte) in bytes.iter_mut().enumerate() {
-            *byte = self.0.get(offset as usize + k).copied().unwrap_or(0xFF);
-        }
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        EEPROM_BYTES
-    }
-}
-
-impl Storage for Memory {
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
-        for (k, byte) in bytes.iter().enumerate() {
-            if let Some(place) = self.0.get_mut(offset as usize + k) {
-                *place = *byte;
-            }
-        }
-        Ok(())
-    }
-}
 
 /// A value that the compiler knows nothing about.
 fn any<T: Default>() -> T {
@@ -152,7 +121,7 @@ fn unit() -> Option<Unit> {
 
 fn encoder() {
     let Some(unit) = unit() else { return };
-    let mut memory = black_box(Memory([0; EEPROM_BYTES]));
+    let mut memory = black_box(Ram::from_image([0; EEPROM_BYTES]));
     black_box(records::format(&unit, &mut memory).is_ok());
     for record in Record::of(model()) {
         black_box(records::write_count(&mut memory, record));
@@ -174,12 +143,12 @@ fn encoder() {
         ));
     }
     encoder.power_off(&mut memory);
-    black_box(&memory.0);
+    black_box(memory.image());
 }
 
 fn device() {
     let Some(unit) = unit() else { return };
-    let mut memory = black_box(Memory([0; EEPROM_BYTES]));
+    let mut memory = black_box(Ram::from_image([0; EEPROM_BYTES]));
     let mut device = BusDevice::new(unit);
     while any() {
         let magnet = if any() { Magnet::Present } else { Magnet::Missing };
@@ -197,7 +166,7 @@ fn device() {
             device.cut();
         }
     }
-    black_box(&memory.0);
+    black_box(memory.image());
 }
 
 fn ring() {

@@ -1,7 +1,7 @@
-//! An EEPROM as bytes, with what can be wrong with it.
+//! What can be wrong with an EEPROM.
 
 use embedded_storage::{ReadStorage, Storage};
-use encoring_encoder::records::EEPROM_BYTES;
+use encoring_encoder::Ram;
 
 /// How a cell fails.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ pub struct Refused;
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Memory {
-    bytes: Vec<u8>,
+    cells: Ram,
     faults: Vec<(Option<usize>, CellFault)>,
     /// Bytes that can still be written before the power is cut.
     budget: Option<usize>,
@@ -42,20 +42,23 @@ pub struct Memory {
 impl Memory {
     /// As it comes from its maker.
     pub fn blank() -> Self {
-        Self::from_image(vec![0xFF; EEPROM_BYTES])
+        Self::on(Ram::blank())
     }
 
     pub fn from_image(bytes: Vec<u8>) -> Self {
-        assert_eq!(bytes.len(), EEPROM_BYTES);
-        Self { bytes, faults: Vec::new(), budget: None, cut: false, written: 0, hiccup: None }
+        Self::on(Ram::from_image(bytes.try_into().unwrap()))
+    }
+
+    fn on(cells: Ram) -> Self {
+        Self { cells, faults: Vec::new(), budget: None, cut: false, written: 0, hiccup: None }
     }
 
     pub fn image(&self) -> &[u8] {
-        &self.bytes
+        self.cells.image()
     }
 
     pub fn image_mut(&mut self) -> &mut [u8] {
-        &mut self.bytes
+        self.cells.image_mut()
     }
 
     /// Makes one cell fail.
@@ -121,7 +124,7 @@ impl ReadStorage for Memory {
             return Err(Refused);
         }
         for (cell, byte) in (offset as usize..).zip(bytes) {
-            *byte = *self.bytes.get(cell).ok_or(Refused)?;
+            *byte = *self.cells.image().get(cell).ok_or(Refused)?;
             for fault in self.faults_at(cell) {
                 match fault {
                     CellFault::Read => return Err(Refused),
@@ -134,7 +137,7 @@ impl ReadStorage for Memory {
     }
 
     fn capacity(&self) -> usize {
-        self.bytes.len()
+        self.cells.capacity()
     }
 }
 
@@ -152,7 +155,7 @@ impl Storage for Memory {
             if self.faults_at(cell).any(|fault| fault == CellFault::Write) {
                 return Err(Refused);
             }
-            *self.bytes.get_mut(cell).ok_or(Refused)? = *byte;
+            *self.cells.image_mut().get_mut(cell).ok_or(Refused)? = *byte;
             self.written += 1;
             if let Some(budget) = &mut self.budget {
                 *budget -= 1;
