@@ -9,10 +9,9 @@ pub(crate) mod bus;
 pub(crate) mod fault;
 mod groups;
 pub(crate) mod range;
-mod span;
 
+pub(crate) use encoring_sim::span::read as span;
 pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, possible};
-pub(crate) use span::span;
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {

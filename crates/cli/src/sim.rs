@@ -34,15 +34,7 @@ const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
 
-/// Runs encoders on a simulated ring, reached over Modbus TCP.
-///
-/// Without a scenario: an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving. Position k of the ring has its OUT
-/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
-/// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
-///
-/// Ends on Ctrl-C, on SIGTERM and after --for, with exit code 0 and the memories saved.
-#[derive(Args)]
-#[command(after_help = "\
+const EXAMPLES: &str = "\
 Examples:
   encoring sim                                    the built-in ring on 127.0.0.1:5020
   encoring sim --example > ring.toml              a scenario to start from
@@ -53,13 +45,17 @@ Examples:
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
   encoring sim --level bit --fault silent:2@5s+1s    a broken cable, searched and found
 
-Faults: KIND[=VALUE][:PLACE][@TIME][+TIME], from TIME after the start (0) for TIME (for good).
-  on segment PLACE (0 leads to the first encoder, the last one back to the master):
-    bad, silent; with --level bit also low, high, and flips=N, bursts=N, jitter=N,
-    lost=N (N of a million bits)
-  at the encoder at position PLACE:
-    supply (off), chip (held), jumper (missing behind it); with --level bit also
-    ident=HHHH (another identification word)")]
+";
+
+/// Runs encoders on a simulated ring, reached over Modbus TCP.
+///
+/// Without a scenario: an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving. Position k of the ring has its OUT
+/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
+/// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
+///
+/// Ends on Ctrl-C, on SIGTERM and after --for, with exit code 0 and the memories saved.
+#[derive(Args)]
+#[command(after_help = format!("{EXAMPLES}{}", fault::help()))]
 pub(crate) struct Arguments {
     /// What hangs on the ring and what happens to it.
     scenario: Option<PathBuf>,

@@ -8,7 +8,8 @@ use std::marker::PhantomData;
 use std::path::Path;
 
 use encoring_encoder::Unit;
-use encoring_sim::scenario::{Change, LineFault, MotionTable, SECONDS_MAX, SetTable};
+use encoring_sim::Fault;
+use encoring_sim::scenario::{Change, MotionTable, Occurrence, SECONDS_MAX, SetTable};
 use encoring_station::{Handle, Stopped, View};
 use encoring_words::{Duration, Model};
 use serde::de::value::MapAccessDeserializer;
@@ -48,8 +49,8 @@ pub enum Command {
     Line {
         /// 0..=encoders.
         segment: usize,
-        /// Bad check words, or silence.
-        fault: LineFault,
+        /// What it suffers.
+        fault: Fault,
         /// For how long.
         lasting: Duration,
     },
@@ -177,7 +178,7 @@ pub enum Refused {
 struct Verb {
     name: &'static str,
     read: fn(&str, &[Unit]) -> Result<Command, Refused>,
-    does: &'static str,
+    does: fn() -> String,
     examples: &'static [&'static str],
 }
 
@@ -185,8 +186,11 @@ const VERBS: [Verb; 4] = [
     Verb {
         name: "set",
         read: set,
-        does: "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, \
-               preset1_v, preset2_v, chip_held, jumper, ident",
+        does: || {
+            "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, preset1_v, \
+             preset2_v, chip_held, jumper, ident"
+                .to_owned()
+        },
         examples: &[
             r#"{"verb":"set","position":0,"set":{"supply_v":24.0}}"#,
             r#"{"verb":"set","position":0,"set":{"motion":{"kind":"speed","per_s":1000}}}"#,
@@ -196,24 +200,29 @@ const VERBS: [Verb; 4] = [
     Verb {
         name: "line",
         read: line,
-        does: "makes a segment of the ring bad or silent for for_s seconds, or until fault none; segment 0 leads \
-               into the first encoder",
+        does: || {
+            let kinds = Fault::forms(Fault::is_of_line);
+            format!(
+                "troubles a segment of the ring for for_s seconds, or until fault none; segment 0 leads into the first \
+                 encoder; the faults are {kinds}, with N of a million bits"
+            )
+        },
         examples: &[
             r#"{"verb":"line","segment":1,"fault":"silent","for_s":0.1}"#,
-            r#"{"verb":"line","segment":0,"fault":"bad"}"#,
+            r#"{"verb":"line","segment":0,"fault":"flips=20"}"#,
             r#"{"verb":"line","fault":"none"}"#,
         ],
     },
     Verb {
         name: "view",
         read: |text, _| bare(text, Command::View),
-        does: "shows the whole ring at one moment",
+        does: || "shows the whole ring at one moment".to_owned(),
         examples: &[r#"{"verb":"view"}"#],
     },
     Verb {
         name: "help",
         read: |text, _| bare(text, Command::Help),
-        does: "lists the verbs; every line may have an id, which its answer has too",
+        does: || "lists the verbs; every line may have an id, which its answer has too".to_owned(),
         examples: &[r#"{"verb":"help","id":1}"#],
     },
 ];
@@ -301,7 +310,7 @@ enum Content<'a> {
 #[derive(Serialize)]
 struct Help {
     verb: &'static str,
-    does: &'static str,
+    does: String,
     examples: Vec<&'static RawValue>,
 }
 
@@ -313,7 +322,7 @@ fn answered(id: Option<&RawValue>, result: &Result<Reply, Refused>) -> String {
             verbs: VERBS
                 .map(|verb| Help {
                     verb: verb.name,
-                    does: verb.does,
+                    does: (verb.does)(),
                     examples: verb
                         .examples
                         .iter()
@@ -378,16 +387,27 @@ struct LineLine {
     #[serde(rename = "id", default)]
     _id: IgnoredAny,
     segment: Option<i64>,
-    fault: FaultName,
+    fault: Asked,
     for_s: Option<f64>,
 }
 
+/// What the line is to suffer: a fault in its text form, or `none`.
 #[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum FaultName {
-    Bad,
-    Silent,
+#[serde(try_from = "String")]
+enum Asked {
+    Fault(Fault),
     None,
+}
+
+impl TryFrom<String> for Asked {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        if text == "none" {
+            return Ok(Self::None);
+        }
+        text.parse::<Fault>().and_then(Fault::on_line).map(Self::Fault)
+    }
 }
 
 /// A table that is written as an object and not as an array of its values.
@@ -445,18 +465,17 @@ fn set(text: &str, units: &[Unit]) -> Result<Command, Refused> {
 fn line(text: &str, units: &[Unit]) -> Result<Command, Refused> {
     let LineLine { segment, fault, for_s, .. } = read(text)?;
     let fault = match (fault, segment, for_s) {
-        (FaultName::None, None, None) => return Ok(Command::EndLine),
-        (FaultName::None, Some(_), _) => return Err(Refused::NoneWith { key: "segment" }),
-        (FaultName::None, None, Some(_)) => return Err(Refused::NoneWith { key: "for_s" }),
-        (FaultName::Bad, ..) => LineFault::Bad,
-        (FaultName::Silent, ..) => LineFault::Silent,
+        (Asked::None, None, None) => return Ok(Command::EndLine),
+        (Asked::None, Some(_), _) => return Err(Refused::NoneWith { key: "segment" }),
+        (Asked::None, None, Some(_)) => return Err(Refused::NoneWith { key: "for_s" }),
+        (Asked::Fault(fault), ..) => fault,
     };
     let last = units.len();
     let asked = segment.ok_or(Refused::NoSegment { last })?;
     let segment = usize::try_from(asked).ok().filter(|segment| *segment <= last);
     let segment = segment.ok_or(Refused::Segment { segment: asked, last })?;
     let lasting = match for_s {
-        None => Duration(u64::MAX),
+        None => Occurrence::FOR_GOOD,
         Some(for_s) if (0.0..=SECONDS_MAX).contains(&for_s) => Duration((for_s * 1e9).round() as u64),
         Some(for_s) => return Err(Refused::ForS { for_s }),
     };

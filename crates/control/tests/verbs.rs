@@ -127,6 +127,27 @@ fn a_segment_is_troubled_for_a_time_or_until_told() {
 }
 
 #[test]
+fn a_segment_can_suffer_every_fault_of_a_line() {
+    let ring = Ring::start();
+    for (fault, line) in [
+        ("bad", "bad"),
+        ("silent", "silent"),
+        ("low", "silent"),
+        ("high", "silent"),
+        ("flips=1000000", "bad"),
+        ("bursts=1000000", "bad"),
+        ("jitter=1000000", "bad"),
+        ("lost=1000000", "bad"),
+    ] {
+        ring.done(&format!(r#"{{"verb":"line","segment":2,"fault":"{fault}"}}"#));
+        let view = ring.until(|view| view["line"] == line);
+        assert_eq!(view["segment"], 2, "{fault}");
+        ring.done(r#"{"verb":"line","fault":"none"}"#);
+        ring.until(|view| view["line"] == "good");
+    }
+}
+
+#[test]
 fn help_gives_lines_that_work() {
     let ring = Ring::start();
     let help = ring.ask(r#"{"verb":"help"}"#);
@@ -218,7 +239,17 @@ fn a_refusal_names_place_value_and_limit() {
         ),
         (
             r#"{"verb":"line","segment":0,"fault":"worse"}"#,
-            "column 42: unknown variant `worse`, expected one of `bad`, `silent`, `none`",
+            "column 43: kind \"worse\"; the kinds are bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N, \
+             supply, chip, jumper, ident=HHHH",
+        ),
+        (
+            r#"{"verb":"line","segment":0,"fault":"supply"}"#,
+            "column 44: supply is no fault of a line; those are bad, silent, low, high, flips=N, bursts=N, jitter=N, \
+             lost=N",
+        ),
+        (
+            r#"{"verb":"line","segment":0,"fault":"flips=0"}"#,
+            "column 45: value \"0\" for flips; write flips=N with N from 1 to 1000000, bits of a million",
         ),
     ] {
         assert_eq!(ring.refused(line), error, "{line}");

@@ -12,12 +12,15 @@ use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
 use serde::Deserialize;
 
+use crate::fault::Fault;
 use crate::memory::CellFault;
 use crate::motion::Motion;
 use tables::{FileTable, devices};
 
+mod occurrence;
 mod tables;
 
+pub use occurrence::Occurrence;
 pub use tables::{EepromTable, MotionTable, MoveTable, SetTable};
 
 /// The scenario of the built-in ring, as text.
@@ -90,8 +93,8 @@ pub enum Happening {
     Line {
         /// 0..=encoders.
         segment: usize,
-        /// Bad check words, or silence.
-        fault: LineFault,
+        /// What it suffers; a fault of a device does nothing to a line.
+        fault: Fault,
         /// For how long.
         lasting: Duration,
     },
@@ -106,29 +109,6 @@ pub enum Level {
     Word,
     /// Every bit on every segment.
     Bit,
-}
-
-/// What a segment can suffer. Chances are per million line bits; at word level a cycle is bad with the chance that its
-/// bits have together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum LineFault {
-    /// Every cycle fails its check there: at bit level one bit of its frame turns over.
-    Bad,
-    /// Nothing passes: the cable is broken.
-    Silent,
-    /// The line stands at 0.
-    Low,
-    /// The line stands at 1.
-    High,
-    /// Single bits turn over.
-    Flips(u32),
-    /// Bursts of 16 bits begin.
-    Bursts(u32),
-    /// Bits are read as the one before them.
-    Jitter(u32),
-    /// Gaps of a telegram's length begin.
-    Lost(u32),
 }
 
 /// One change to what surrounds an encoder, or to its memory.

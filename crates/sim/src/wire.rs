@@ -10,12 +10,9 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::fault::{SegmentFault, Segments};
-use crate::scenario::{Level, LineFault};
+use crate::fault::{Fault, Segments};
+use crate::scenario::Level;
 use crate::tap::{Tap, Tapped};
-
-/// How long a burst is.
-const BURST_BITS: u8 = 16;
 
 /// Slots beyond one a device in which a sound ring is open at the latest: the first silence, and some to spare.
 const SLOTS_TO_OPEN: usize = 1_000;
@@ -45,7 +42,7 @@ pub struct BitWire {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Trouble {
     pub(crate) segment: usize,
-    pub(crate) fault: LineFault,
+    pub(crate) fault: Fault,
     pub(crate) since: Instant,
     pub(crate) lasting: Duration,
 }
@@ -222,17 +219,6 @@ impl BitWire {
         self.trouble = trouble;
         self.segments.clear();
         let Some(Trouble { segment, fault, since, lasting }) = trouble else { return };
-        let fault = match fault {
-            // One flip a cycle.
-            LineFault::Bad => return,
-            LineFault::Silent => SegmentFault::Break,
-            LineFault::Low => SegmentFault::StuckLow,
-            LineFault::High => SegmentFault::StuckHigh,
-            LineFault::Flips(per_million) => SegmentFault::Flips { per_million },
-            LineFault::Bursts(per_million) => SegmentFault::Bursts { per_million, bits: BURST_BITS },
-            LineFault::Jitter(per_million) => SegmentFault::Jitter { per_million },
-            LineFault::Lost(per_million) => SegmentFault::Lost { per_million },
-        };
         let bits = |at: Instant| at.as_nanos().checked_div(self.bit.as_nanos()).unwrap_or_default();
         if let Some(injector) = self.segments.get_mut(segment) {
             injector.set(fault, bits(since), bits(since + lasting));
@@ -249,7 +235,7 @@ impl BitWire {
         hit: Option<usize>,
     ) -> (Verdict, Option<Place>) {
         let bad =
-            self.trouble.filter(|trouble| trouble.fault == LineFault::Bad).map(|trouble| trouble.segment);
+            self.trouble.filter(|trouble| trouble.fault.hits_each_frame()).map(|trouble| trouble.segment);
         let bytes = self.ring.slaves().iter().map(Slave::bytes).sum();
         for segment in bad.into_iter().chain(hit) {
             let at = self.ring.sent() + self.chance.random_range(0..frame_bits(bytes));

@@ -12,11 +12,11 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::fault::PER_MILLION;
+use crate::fault::Fault;
 use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::Node;
-use crate::scenario::{Change, Chip, Event, Happening, LineFault, NewMotion, Scenario};
+use crate::scenario::{Change, Chip, Event, Happening, NewMotion, Scenario};
 use crate::tap::Tap;
 use crate::wire::{Trouble, Wire};
 
@@ -54,6 +54,15 @@ pub struct Place {
     dipped: bool,
     chip: Chip,
     jumper: Jumper,
+}
+
+/// Where the ring is with an event.
+#[derive(Clone, Copy, Debug)]
+enum Stage {
+    /// The cycle that it falls into is about to run.
+    Ahead,
+    /// That cycle has run, and all before it has happened.
+    Due,
 }
 
 /// What is known of a cycle before it runs.
@@ -215,7 +224,8 @@ impl World {
     /// that was good throughout.
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
         let ends = self.now + self.cycle_time;
-        let Planned { verdict, hit } = self.plan(ends);
+        self.look_ahead(ends);
+        let Planned { verdict, hit } = self.plan();
         let (verdict, place) = match &mut self.ring {
             Wire::Word(ring) => {
                 ring.cycle(ends, out, input, &self.answers, verdict);
@@ -240,11 +250,7 @@ impl World {
             for position in heard..self.places.len() {
                 self.exchange_without_cycles(position, event.at);
             }
-            if let Happening::Device { position, changes } = &event.what {
-                for change in changes {
-                    self.apply(event.at, *position, change);
-                }
-            }
+            self.happen(&event, Stage::Due);
         }
         for position in 0..self.places.len() {
             if position < heard {
@@ -269,7 +275,7 @@ impl World {
     }
 
     /// Troubles a segment of the ring, from now on.
-    pub fn trouble(&mut self, segment: usize, fault: LineFault, lasting: Duration) {
+    pub fn trouble(&mut self, segment: usize, fault: Fault, lasting: Duration) {
         self.line = Some(Trouble { segment, fault, since: self.now, lasting });
     }
 
@@ -331,28 +337,45 @@ impl World {
         }
     }
 
-    /// How the cycle that ends at `ends` will go. What can spoil it is looked for in all of its time: supplies that
-    /// fail and lines that are troubled, however shortly.
-    fn plan(&mut self, ends: Instant) -> Planned {
+    /// Looks for what will spoil the cycle that ends at `ends`, in all of its time: supplies that fail and lines that are
+    /// troubled, however shortly.
+    fn look_ahead(&mut self, ends: Instant) {
         self.line = self.line.filter(|trouble| trouble.since + trouble.lasting > self.now);
         for place in &mut self.places {
             place.interrupted = place.dipped || !place.is_supplied();
         }
-        for event in self.events.iter().skip(self.next_event).take_while(|event| event.at <= ends) {
-            match &event.what {
-                Happening::Line { segment, fault, lasting } => {
-                    let (segment, fault, lasting) = (*segment, *fault, *lasting);
-                    self.line = Some(Trouble { segment, fault, since: event.at, lasting });
+        let events = std::mem::take(&mut self.events);
+        for event in events.iter().skip(self.next_event).take_while(|event| event.at <= ends) {
+            self.happen(event, Stage::Ahead);
+        }
+        self.events = events;
+    }
+
+    /// What an event does: to the cycle that it falls into, before that runs, and at its time.
+    fn happen(&mut self, event: &Event, stage: Stage) {
+        match (&event.what, stage) {
+            (Happening::Line { segment, fault, lasting }, Stage::Ahead) => {
+                let (segment, fault, lasting) = (*segment, *fault, *lasting);
+                self.line = Some(Trouble { segment, fault, since: event.at, lasting });
+            }
+            // The line knows its time to the bit, and has had it.
+            (Happening::Line { .. }, Stage::Due) => {}
+            (Happening::Device { position, changes }, Stage::Ahead) => {
+                let fails = |change: &Change| matches!(change, Change::Supply(mv) if *mv < OFF_BELOW_MV);
+                if let Some(place) = self.places.get_mut(*position).filter(|_| changes.iter().any(fails)) {
+                    place.interrupted = true;
                 }
-                Happening::Device { position, changes } => {
-                    let fails = |change: &Change| matches!(change, Change::Supply(mv) if *mv < OFF_BELOW_MV);
-                    if let Some(place) = self.places.get_mut(*position).filter(|_| changes.iter().any(fails))
-                    {
-                        place.interrupted = true;
-                    }
+            }
+            (Happening::Device { position, changes }, Stage::Due) => {
+                for change in changes {
+                    self.apply(event.at, *position, change);
                 }
             }
         }
+    }
+
+    /// How the coming cycle will go, as far as the word level decides it.
+    fn plan(&mut self) -> Planned {
         // The chance is drawn in every cycle, so that one fault does not shift those after it.
         let draw = self.chance.random_range(0..1_000_000_u32);
         let drawn_segment = self.chance.random_range(0..=self.places.len());
@@ -363,10 +386,12 @@ impl World {
             (place.condition() != Condition::Running || no_next).then_some(position + 1)
         };
         let open = self.places.iter().enumerate().find_map(ends_behind);
-        let line = self.line;
-        let (broken, bad) = match line {
-            Some(trouble) if Self::silences(trouble.fault) => (Some(trouble.segment), None),
-            Some(trouble) if self.spoils(trouble.fault) => (None, Some(trouble.segment)),
+        let bits = frame_bits(self.places.len() * ENCODER_BYTES as usize);
+        let (broken, bad) = match self.line {
+            Some(trouble) if trouble.fault.silences() => (Some(trouble.segment), None),
+            Some(trouble) if trouble.fault.spoils(bits, &mut self.line_chance) => {
+                (None, Some(trouble.segment))
+            }
             _ => (None, None),
         };
         let verdict = if let Some(segment) = open.into_iter().chain(broken).min() {
@@ -377,25 +402,6 @@ impl World {
             Verdict::Good
         };
         Planned { verdict, hit }
-    }
-
-    /// A line that does not move carries nothing.
-    const fn silences(fault: LineFault) -> bool {
-        matches!(fault, LineFault::Silent | LineFault::Low | LineFault::High)
-    }
-
-    /// Whether a fault spoils the present cycle, at word level.
-    fn spoils(&mut self, fault: LineFault) -> bool {
-        let chance = match fault {
-            LineFault::Bad => return true,
-            LineFault::Silent | LineFault::Low | LineFault::High => return false,
-            LineFault::Flips(chance)
-            | LineFault::Bursts(chance)
-            | LineFault::Jitter(chance)
-            | LineFault::Lost(chance) => chance,
-        };
-        let bits = frame_bits(self.places.len() * ENCODER_BYTES as usize);
-        self.line_chance.random_range(0..u64::from(PER_MILLION)) < bits * u64::from(chance)
     }
 
     /// The exchange at the end of a cycle that reached the device, good or bad.

@@ -13,7 +13,8 @@ use encoring_ring::profile::BIT_500K;
 use encoring_ring::slave::{Condition, Jumper};
 use encoring_ring::telegram::Bits;
 use encoring_ring::{BitRing, CycleTime, Lines, Slave, Sound};
-use encoring_sim::fault::{SegmentFault, Segments};
+use encoring_sim::Fault;
+use encoring_sim::fault::Segments;
 use encoring_words::{InWord, Instant, OutWord};
 
 const TABLE: &str = include_str!("fault_matrix.txt");
@@ -24,27 +25,33 @@ enum Kind {
     Flip,
     /// One cycle with a burst all over its check word.
     OneBurst,
-    Segment(SegmentFault),
-    Off,
-    Held,
-    NoJumper,
-    OtherIdent,
+    /// What can be written.
+    Fault(Fault),
 }
 
 const KINDS: [(&str, Kind); 12] = [
     ("one burst", Kind::OneBurst),
     ("a flip a cycle", Kind::Flip),
-    ("flips 2 %", Kind::Segment(SegmentFault::Flips { per_million: 20_000 })),
-    ("jitter 20 %", Kind::Segment(SegmentFault::Jitter { per_million: 200_000 })),
-    ("lost telegrams", Kind::Segment(SegmentFault::Lost { per_million: 20_000 })),
-    ("stuck at 0", Kind::Segment(SegmentFault::StuckLow)),
-    ("stuck at 1", Kind::Segment(SegmentFault::StuckHigh)),
-    ("break", Kind::Segment(SegmentFault::Break)),
-    ("supply off", Kind::Off),
-    ("chip held", Kind::Held),
-    ("no jumper", Kind::NoJumper),
-    ("other ident", Kind::OtherIdent),
+    ("flips 2 %", Kind::Fault(Fault::Flips(20_000))),
+    ("jitter 20 %", Kind::Fault(Fault::Jitter(200_000))),
+    ("lost telegrams", Kind::Fault(Fault::Lost(20_000))),
+    ("stuck at 0", Kind::Fault(Fault::Low)),
+    ("stuck at 1", Kind::Fault(Fault::High)),
+    ("break", Kind::Fault(Fault::Silent)),
+    ("supply off", Kind::Fault(Fault::Supply)),
+    ("chip held", Kind::Fault(Fault::Chip)),
+    ("no jumper", Kind::Fault(Fault::Jumper)),
+    ("other ident", Kind::Fault(Fault::Ident(Ident::new(0x03, 0x02)))),
 ];
+
+impl Kind {
+    const fn is_of_line(self) -> bool {
+        match self {
+            Self::Flip | Self::OneBurst => true,
+            Self::Fault(fault) => fault.is_of_line(),
+        }
+    }
+}
 
 struct Trouble {
     segments: Segments,
@@ -101,14 +108,14 @@ impl Bench {
             Kind::Flip => self.trouble.pattern = Some((at, 2 * 13, 1 << 5)),
             // The frame is as long for every segment; its third telegram has 13 bits to hit.
             Kind::OneBurst => self.trouble.pattern = Some((at, 2 * 13, 0x1A5B)),
-            Kind::Segment(fault) => self.trouble.segments.get_mut(at).unwrap().set(fault, 0, u64::MAX),
-            Kind::Off => slaves[at].set_condition(Condition::Off),
-            Kind::Held => slaves[at].set_condition(Condition::Held),
-            Kind::NoJumper => slaves[at].set_jumper(Jumper::Open),
-            Kind::OtherIdent => {
+            Kind::Fault(Fault::Supply) => slaves[at].set_condition(Condition::Off),
+            Kind::Fault(Fault::Chip) => slaves[at].set_condition(Condition::Held),
+            Kind::Fault(Fault::Jumper) => slaves[at].set_jumper(Jumper::Open),
+            Kind::Fault(Fault::Ident(ident)) => {
                 slaves[at].set_condition(Condition::Off);
-                slaves[at].set_ident(Ident::new(0x03, 0x02));
+                slaves[at].set_ident(ident);
             }
+            Kind::Fault(fault) => self.trouble.segments.get_mut(at).unwrap().set(fault, 0, u64::MAX),
         }
     }
 
@@ -116,7 +123,7 @@ impl Bench {
         self.trouble.pattern = None;
         self.trouble.segments.clear();
         if let Some(slave) = self.ring.slaves_mut().get_mut(at)
-            && !matches!(kind, Kind::Flip | Kind::OneBurst | Kind::Segment(_))
+            && !kind.is_of_line()
         {
             slave.set_condition(Condition::Running);
             slave.set_jumper(Jumper::Closed);
@@ -145,7 +152,7 @@ fn row(table: &mut String, name: &str, kind: Kind, encoders: usize, at: usize) {
     let (mut noticed, mut stopped, mut zeros) = (None, None, None);
     for slot in 1..=lasting {
         let ended = bench.slot();
-        if matches!(kind, Kind::OtherIdent) && slot == 10 {
+        if matches!(kind, Kind::Fault(Fault::Ident(_))) && slot == 10 {
             bench.ring.slaves_mut()[at].set_condition(Condition::Running);
         }
         noticed = noticed.or((ended != Ended::Good).then_some(slot));
@@ -186,12 +193,11 @@ fn what_every_fault_does_at_every_place_is_in_the_table() {
     );
     for (name, kind) in KINDS {
         for encoders in [1, 3, 16, 128] {
-            let of_a_device = !matches!(kind, Kind::Flip | Kind::OneBurst | Kind::Segment(_));
             let mut places = vec![0, encoders / 2, encoders - 1, encoders];
             places.dedup();
-            places.retain(|at| !of_a_device || *at < encoders);
+            places.retain(|at| kind.is_of_line() || *at < encoders);
             // Without a next device nobody misses the jumper.
-            places.retain(|at| !matches!(kind, Kind::NoJumper) || *at + 1 < encoders);
+            places.retain(|at| !matches!(kind, Kind::Fault(Fault::Jumper)) || *at + 1 < encoders);
             if encoders == 128 {
                 places.retain(|at| *at == 64);
             }

@@ -6,7 +6,8 @@ use encoring_ring::ident::ENCODER;
 use encoring_ring::profile::{BIT_2M, BIT_500K, RESET_AFTER};
 use encoring_ring::slave::Condition;
 use encoring_ring::{BitRing, CycleTime, Slave, Sound, Verdict, WordRing};
-use encoring_sim::fault::{SegmentFault, Segments};
+use encoring_sim::Fault;
+use encoring_sim::fault::Segments;
 use encoring_words::{InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -22,16 +23,16 @@ struct Seen {
     searches: u64,
 }
 
-fn any_fault(chance: &mut Pcg64Mcg) -> SegmentFault {
+fn any_fault(chance: &mut Pcg64Mcg) -> Fault {
     let per_million = [20, 200, 2_000, 50_000][chance.random_range(0..4_usize)];
     match chance.random_range(0..7) {
-        0 => SegmentFault::Flips { per_million },
-        1 => SegmentFault::Bursts { per_million, bits: 16 },
-        2 => SegmentFault::Jitter { per_million },
-        3 => SegmentFault::Lost { per_million },
-        4 => SegmentFault::StuckLow,
-        5 => SegmentFault::StuckHigh,
-        _ => SegmentFault::Break,
+        0 => Fault::Flips(per_million),
+        1 => Fault::Bursts(per_million),
+        2 => Fault::Jitter(per_million),
+        3 => Fault::Lost(per_million),
+        4 => Fault::Low,
+        5 => Fault::High,
+        _ => Fault::Silent,
     }
 }
 
@@ -63,7 +64,7 @@ fn compare(seed: u64, seen: &mut Seen) {
                 let segment = chance.random_range(0..=encoders);
                 let fault = any_fault(&mut chance);
                 segments.get_mut(segment).unwrap().set(fault, 0, u64::MAX);
-                let stands = [SegmentFault::StuckLow, SegmentFault::StuckHigh, SegmentFault::Break];
+                let stands = [Fault::Low, Fault::High, Fault::Silent];
                 if !stands.contains(&fault) {
                     noise_until = u64::MAX;
                 }

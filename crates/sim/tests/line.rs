@@ -5,8 +5,8 @@ mod common;
 
 use common::{DATA_CHECK, MS, Ring, SECOND, line, scenario, set, three};
 use encoring_ring::Verdict;
+use encoring_sim::Fault;
 use encoring_sim::World;
-use encoring_sim::scenario::LineFault;
 use encoring_trace::Input;
 use encoring_words::{Duration, InWord, OutWord};
 
@@ -18,7 +18,7 @@ fn the_out_words_of_a_bad_cycle_reach_no_encoder_behind_the_bad_segment() {
         let mut ring = Ring::new(&three([1_000, 2_000, 3_000]));
         ring.cycles(3);
         let before = ring.input.clone();
-        ring.world.trouble(segment, LineFault::Bad, FOREVER);
+        ring.world.trouble(segment, Fault::Bad, FOREVER);
         ring.out.fill(0xC200_270F);
         for _ in 0..5 {
             assert_eq!(ring.cycle().verdict, Verdict::Bad { segment });
@@ -50,7 +50,7 @@ fn after_a_bad_cycle_the_previous_out_word_stays_and_a_reply_goes_on() {
     ring.out[1] = 0x8300_0000;
     ring.cycles(2);
     assert_eq!(ring.input[1], 0x8300_1000);
-    ring.world.trouble(1, LineFault::Bad, FOREVER);
+    ring.world.trouble(1, Fault::Bad, FOREVER);
     ring.out[1] = 0;
     ring.cycles(100);
     let rows = ring.rows_of(1);
@@ -102,7 +102,7 @@ fn the_reset_comes_after_25_ms_on_a_long_ring_too() {
     ring.out.fill(0x8300_0000);
     ring.cycles(3);
     let last_good = ring.world.now().as_nanos();
-    ring.world.trouble(0, LineFault::Silent, FOREVER);
+    ring.world.trouble(0, Fault::Silent, FOREVER);
     ring.cycles(5);
     let rows = ring.rows_of(7);
     let reset = rows.iter().find(|row| row.time_ns > last_good && row.out == 0).unwrap();
@@ -234,14 +234,14 @@ fn a_disturbance_lasts_as_long_as_told() {
 fn an_encoder_that_was_cycled_without_a_ring_goes_on_through_bad_cycles() {
     let mut ring = Ring::new(&three([0, 5, 6]));
     // Silent from the start: the encoders run by themselves, with OUT = 0.
-    ring.world.trouble(0, LineFault::Silent, FOREVER);
+    ring.world.trouble(0, Fault::Silent, FOREVER);
     ring.run_to_ms(60.0);
     assert!((0..3).all(|position| ring.is_on(position)));
-    ring.world.trouble(0, LineFault::Bad, FOREVER);
+    ring.world.trouble(0, Fault::Bad, FOREVER);
     let before = ring.rows_of(1).len();
     ring.cycles(10);
     assert_eq!(ring.rows_of(1).len() - before, 10, "one exchange at the end of each bad cycle");
-    ring.world.trouble(0, LineFault::Silent, FOREVER);
+    ring.world.trouble(0, Fault::Silent, FOREVER);
     ring.cycles(10);
     assert!(ring.rows.is_sorted_by_key(|row| row.time_ns), "exchanges are told in order of time");
 }
@@ -286,12 +286,12 @@ fn chance_follows_the_seed_and_not_the_out_words() {
 fn of_two_faults_in_one_cycle_silence_wins_and_then_the_earlier_segment() {
     let text = three([0, 5, 6]).replace("version = 1", "version = 1\n[ring]\nfaulty_per_million = 1_000_000");
     let mut ring = Ring::new(&text);
-    ring.world.trouble(2, LineFault::Bad, FOREVER);
+    ring.world.trouble(2, Fault::Bad, FOREVER);
     for _ in 0..50 {
         let verdict = ring.cycle().verdict;
         assert!(matches!(verdict, Verdict::Bad { segment: 0..=2 }), "{verdict:?}");
     }
-    ring.world.trouble(3, LineFault::Silent, FOREVER);
+    ring.world.trouble(3, Fault::Silent, FOREVER);
     assert_eq!(ring.cycle().verdict, Verdict::Silent { segment: 3 });
     ring.supply(1, 0);
     assert_eq!(ring.cycle().verdict, Verdict::Silent { segment: 2 });

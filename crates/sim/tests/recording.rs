@@ -12,8 +12,8 @@ use encoring_ring::{CycleTime, Verdict};
 use encoring_sim::device_line::{from_device, to_device};
 use encoring_sim::motion::Motion;
 use encoring_sim::replay::{compare, play};
-use encoring_sim::scenario::{Change, Device, Event, Happening, Level, LineFault, NewMotion};
-use encoring_sim::{Node, Scenario, World};
+use encoring_sim::scenario::{Change, Device, Event, Happening, Level, NewMotion};
+use encoring_sim::{Fault, Node, Scenario, World};
 use encoring_trace::{Input, Reader, Writer};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
@@ -98,7 +98,7 @@ fn any_scenario(seed: u64, lasting_ms: u64) -> Scenario {
             let what = if chance.random_bool(0.25) {
                 Happening::Line {
                     segment: chance.random_range(0..=encoders),
-                    fault: one_of(&mut chance, &[LineFault::Bad, LineFault::Silent]),
+                    fault: one_of(&mut chance, &[Fault::Bad, Fault::Silent]),
                     lasting: Duration(chance.random_range(0..60 * MS)),
                 }
             } else {
@@ -328,7 +328,7 @@ fn rows_taken_late_are_in_order_of_time_too() {
     let out = vec![OutWord(0); scenario.devices.len()];
     let mut input = vec![InWord(0); out.len()];
     world.change(0, &[Change::Supply(24_000)]);
-    world.trouble(1, LineFault::Silent, Duration::from_millis(30));
+    world.trouble(1, Fault::Silent, Duration::from_millis(30));
     while world.now().as_nanos() < 100 * MS {
         world.cycle(&out, &mut input);
     }

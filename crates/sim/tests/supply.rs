@@ -5,7 +5,7 @@ mod common;
 
 use common::{DATA_CHECK, Ring, device, set, three};
 use encoring_ring::Verdict;
-use encoring_sim::scenario::LineFault;
+use encoring_sim::Fault;
 use encoring_trace::Input;
 use encoring_words::Duration;
 
@@ -228,7 +228,7 @@ fn a_preset_requested_while_the_encoder_is_off_moves_no_zero_even_if_a_bad_cycle
         ring.out[position] = 0xC600_0000;
         ring.cycles(2);
         ring.supply(position, 24_000);
-        ring.world.trouble(0, LineFault::Bad, Duration::from_millis(2));
+        ring.world.trouble(0, Fault::Bad, Duration::from_millis(2));
         ring.cycles(20);
         assert_eq!(ring.last, Verdict::Good);
         assert_eq!(offsets(&ring, position), 1, "only formatted, at {position}");

@@ -7,8 +7,8 @@ use std::time::Instant as Clock;
 
 use encoring_bus::SharedImage;
 use encoring_ring::{ProcessImage, Verdict};
-use encoring_sim::scenario::{Change, LineFault};
-use encoring_sim::{Cycled, Eeprom, Waveform, World};
+use encoring_sim::scenario::Change;
+use encoring_sim::{Cycled, Eeprom, Fault, Waveform, World};
 use encoring_trace::wave::Sink;
 use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
@@ -79,7 +79,7 @@ pub struct Stopped;
 
 enum Request {
     Change { position: usize, changes: Vec<Change>, done: SyncSender<()> },
-    Trouble { segment: usize, fault: Option<(LineFault, Duration)>, done: SyncSender<()> },
+    Trouble { segment: usize, fault: Option<(Fault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
     Events { from: u64, answer: SyncSender<Vec<Event>> },
     Memories(SyncSender<Vec<Memory>>),
@@ -175,7 +175,7 @@ impl Handle {
     ///
     /// # Errors
     /// [`Stopped`] if the ring no longer runs.
-    pub fn trouble(&self, segment: usize, fault: Option<(LineFault, Duration)>) -> Result<(), Stopped> {
+    pub fn trouble(&self, segment: usize, fault: Option<(Fault, Duration)>) -> Result<(), Stopped> {
         self.ask(|done| Request::Trouble { segment, fault, done })
     }
 

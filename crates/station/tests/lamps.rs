@@ -4,8 +4,8 @@
 use std::path::Path;
 
 use encoring_ring::{ProcessImage, Verdict};
-use encoring_sim::scenario::{Change, LineFault};
-use encoring_sim::{Scenario, World};
+use encoring_sim::scenario::Change;
+use encoring_sim::{Fault, Scenario, World};
 use encoring_station::View;
 use encoring_station::view::Counters;
 use encoring_words::{Duration, InWord, OutWord};
@@ -56,7 +56,7 @@ fn while_cycles_run_only_the_last_encoder_has_its_outgoing_bus_switched_off() {
 fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
     let mut ring = Ring::new();
     ring.run_for_ms(10);
-    ring.world.trouble(1, LineFault::Bad, FOREVER);
+    ring.world.trouble(1, Fault::Bad, FOREVER);
     ring.run_for_ms(635);
     assert_eq!(ring.lit(), ["U BA RC", "U BA RC", "U BA RC RD"]);
     ring.run_for_ms(10);
@@ -70,7 +70,7 @@ fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
 fn the_lamp_rc_goes_off_behind_a_break_after_25_ms() {
     let mut ring = Ring::new();
     ring.run_for_ms(10);
-    ring.world.trouble(1, LineFault::Silent, FOREVER);
+    ring.world.trouble(1, Fault::Silent, FOREVER);
     let rc = |ring: &Ring| ring.lit().iter().map(|lit| lit.contains("RC")).collect::<Vec<_>>();
     ring.run_for_ms(20);
     assert_eq!(rc(&ring), [true, true, true]);
@@ -85,7 +85,7 @@ fn the_lamp_rc_goes_off_behind_a_break_after_25_ms() {
 fn an_encoder_in_reset_has_its_outgoing_bus_switched_off() {
     let mut ring = Ring::new();
     ring.run_for_ms(10);
-    ring.world.trouble(1, LineFault::Silent, FOREVER);
+    ring.world.trouble(1, Fault::Silent, FOREVER);
     ring.run_for_ms(30);
     let rd: Vec<bool> = ring.lit().iter().map(|lit| lit.contains("RD")).collect();
     assert_eq!(rd, [false, true, true]);
@@ -104,7 +104,7 @@ fn without_supply_no_lamp_is_lit() {
 fn the_lamp_u_shows_the_supply_though_no_good_cycle_comes() {
     let mut ring = Ring::new();
     ring.run_for_ms(10);
-    ring.world.trouble(0, LineFault::Bad, FOREVER);
+    ring.world.trouble(0, Fault::Bad, FOREVER);
     ring.world.change(1, &[Change::Supply(0)]);
     ring.run_for_ms(10);
     ring.world.change(1, &[Change::Supply(24_000)]);

@@ -6,7 +6,8 @@ use std::sync::atomic::AtomicBool;
 
 use encoring_bus::watch::{Phase, Plan, Subject};
 use encoring_bus::{Judge, Verdict, Watch};
-use encoring_sim::scenario::{Change, LineFault};
+use encoring_sim::Fault;
+use encoring_sim::scenario::Change;
 use encoring_sim::{Scenario, World};
 use encoring_station::{Simulated, Speed};
 use encoring_words::{Duration, OutWord};
@@ -88,7 +89,7 @@ fn a_ring_that_stands_still_is_stale_and_an_encoder_without_supply_is_known_by_i
     watch.poll();
     drop(watch);
     ring.world().with(|world| {
-        world.trouble(1, LineFault::Silent, Duration::from_secs(1));
+        world.trouble(1, Fault::Silent, Duration::from_secs(1));
         world.change(2, &[Change::Supply(0)]);
     });
     let encoders = subjects(&ring);

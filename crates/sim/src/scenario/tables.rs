@@ -14,10 +14,10 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    Change, Chip, Device, Event, Happening, Level, LineFault, MOTION_BYTES_MAX, MOTION_ROWS_MAX, NewMotion,
+    Change, Chip, Device, Event, Happening, Level, MOTION_BYTES_MAX, MOTION_ROWS_MAX, NewMotion, Occurrence,
     PER_S_MAX, SECONDS_MAX, VOLTS_MAX,
 };
-use crate::fault::PER_MILLION;
+use crate::fault::Fault;
 use crate::memory::CellFault;
 use crate::motion::{Motion, RAW_MAX};
 
@@ -159,7 +159,7 @@ pub(super) struct EventTable {
     position: Option<i64>,
     set: Option<SetTable>,
     segment: Option<i64>,
-    line: Option<LineFault>,
+    line: Option<Fault>,
     for_s: Option<f64>,
 }
 
@@ -405,17 +405,11 @@ impl EventTable {
                 Happening::Device { position: position as usize, changes: set.read(&device.unit, beside)? }
             }
             (None, None, Some(segment), Some(fault), for_s) => {
-                if let LineFault::Flips(chance)
-                | LineFault::Bursts(chance)
-                | LineFault::Jitter(chance)
-                | LineFault::Lost(chance) = fault
-                {
-                    within("bits in a million", i64::from(chance), 0, i64::from(PER_MILLION))?;
-                }
+                fault.on_line()?;
                 within("segment", segment, 0, devices.len() as i64)?;
                 let lasting = match for_s {
                     Some(for_s) => seconds("for_s", for_s)?,
-                    None => Duration(u64::MAX),
+                    None => Occurrence::FOR_GOOD,
                 };
                 Happening::Line { segment: segment as usize, fault, lasting }
             }

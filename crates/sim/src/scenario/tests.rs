@@ -77,7 +77,7 @@ for_s = 0.5
                 at: Instant(1_000_000_000),
                 what: Happening::Line {
                     segment: 2,
-                    fault: LineFault::Silent,
+                    fault: Fault::Silent,
                     lasting: Duration::from_millis(500)
                 },
             },
@@ -96,6 +96,43 @@ for_s = 0.5
             },
         ]
     );
+}
+
+#[test]
+fn a_fault_of_a_line_is_a_name_a_table_or_its_text_form() {
+    let fault = |line: &str| {
+        let read = parse(&format!("{ONE}[[event]]\nat_s = 1\nsegment = 1\nline = {line}\n"))?;
+        match read.events[0].what {
+            Happening::Line { fault, .. } => Ok(fault),
+            Happening::Device { .. } => Err("of a device".to_owned()),
+        }
+    };
+    for (line, expected) in [
+        ("\"bad\"", Fault::Bad),
+        ("\"high\"", Fault::High),
+        ("{ flips = 20 }", Fault::Flips(20)),
+        ("{ lost = 0 }", Fault::Lost(0)),
+        ("\"jitter=1000000\"", Fault::Jitter(1_000_000)),
+    ] {
+        assert_eq!(fault(line), Ok(expected), "{line}");
+    }
+    for (line, part) in [
+        ("\"worse\"", "kind \"worse\"; the kinds are bad, silent, low, high, flips=N, "),
+        (
+            "\"supply\"",
+            "supply is no fault of a line; those are bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N",
+        ),
+        ("{ flips = 1000001 }", "bits in a million 1000001; the limits are 0 and 1000000"),
+        ("{ flips = -1 }", "invalid value: integer `-1`, expected u32"),
+        ("{ bad = 1 }", "bad takes no number; write \"bad\""),
+        ("{ flips = 1, lost = 1 }", "lost beside flips; a line has one fault"),
+        ("{ }", "invalid length 0, expected a kind of fault, as \"silent\" or { flips = 20 }"),
+        ("7", "invalid type: integer `7`, expected a kind of fault"),
+    ] {
+        let message = fault(line).unwrap_err();
+        assert!(message.contains(part), "{message:?} does not say {part:?}");
+        assert_eq!(message.lines().count(), 1, "{message:?}");
+    }
 }
 
 #[test]
