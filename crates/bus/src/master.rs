@@ -52,11 +52,11 @@ pub enum MasterError {
 }
 
 /// What a master tells of its work.
-pub type Observe<'a> = Box<dyn FnMut(&Step) + 'a>;
+pub type Observe<'a> = Box<dyn FnMut(&Look) + 'a>;
 
 /// One poll of a service under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Step {
+pub struct Look {
     /// The phase of the handshake.
     pub phase: &'static str,
     /// The OUT word that was to be written.
@@ -116,7 +116,7 @@ impl<'a, B: Bus + ?Sized> Master<'a, B> {
     }
 
     /// Tells `observe` every poll of every service.
-    pub fn observe(&mut self, observe: impl FnMut(&Step) + 'a) {
+    pub fn observe(&mut self, observe: impl FnMut(&Look) + 'a) {
         self.observe = Some(Box::new(observe));
     }
 
@@ -236,7 +236,7 @@ impl<B: Bus + ?Sized> Services for Master<'_, B> {
             let phase = self.session.phase();
             let seen = self.poll(out);
             if let Some(observe) = &mut self.observe {
-                observe(&Step { phase, out, input: seen.map(|seen| seen.input) });
+                observe(&Look { phase, out, input: seen.map(|seen| seen.input) });
             }
             if self.interrupted() && !self.session.give_up(self.bus.now()) {
                 self.stop_next = true;

@@ -68,7 +68,7 @@ pub struct Sight {
 
 /// The steps of the handshake that can be told apart from outside: by bit 31 of both words [R31..R40].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum HandshakePhase {
     /// OUT 0, IN 0: the position is shown.
     Normal,
     /// OUT 1, IN 0: the encoder has a request to carry out, or ignores one.
@@ -79,7 +79,7 @@ pub enum Phase {
     Ending,
 }
 
-impl Phase {
+impl HandshakePhase {
     /// The phase that two words show.
     #[must_use]
     pub const fn of(out: OutWord, input: InWord) -> Self {
@@ -117,8 +117,8 @@ impl Phase {
 impl Sight {
     /// The phase of the handshake, if both words were seen.
     #[must_use]
-    pub fn phase(&self) -> Option<Phase> {
-        self.out.zip(self.input).map(|(out, input)| Phase::of(out, input))
+    pub fn phase(&self) -> Option<HandshakePhase> {
+        self.out.zip(self.input).map(|(out, input)| HandshakePhase::of(out, input))
     }
 }
 

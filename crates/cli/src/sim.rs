@@ -12,8 +12,8 @@ use encoring_encoder::Unit;
 use encoring_modbus::{Counters, Layout, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
-use encoring_station::station::Record;
-use encoring_station::{Event, Keeper, Options, Outcome, Station, View};
+use encoring_station::station::Recorder;
+use encoring_station::{Finished, Keeper, Options, RingEvent, Station, View};
 use encoring_trace::Writer;
 use encoring_trace::wave::{Format as WaveFormat, Sink};
 use encoring_words::Duration;
@@ -281,7 +281,7 @@ struct Recording {
 }
 
 impl Recording {
-    fn start(file: &Path, world: &mut World) -> Result<(Self, Record), Failure> {
+    fn start(file: &Path, world: &mut World) -> Result<(Self, Recorder), Failure> {
         let mut partial = file.as_os_str().to_owned();
         partial.push(".partial");
         let partial = PathBuf::from(partial);
@@ -295,7 +295,7 @@ impl Recording {
     }
 }
 
-fn exchanges(sink: BufWriter<File>, world: &World) -> io::Result<Record> {
+fn exchanges(sink: BufWriter<File>, world: &World) -> io::Result<Recorder> {
     let devices: Vec<_> = world
         .places()
         .iter()
@@ -305,16 +305,16 @@ fn exchanges(sink: BufWriter<File>, world: &World) -> io::Result<Record> {
         })
         .collect();
     let sink: Box<dyn Write + Send> = Box::new(sink);
-    Writer::recording(sink, &devices).map(Record::Exchanges)
+    Writer::recording(sink, &devices).map(Recorder::Exchanges)
 }
 
-fn waveform(format: WaveFormat, sink: BufWriter<File>, world: &mut World) -> io::Result<Record> {
+fn waveform(format: WaveFormat, sink: BufWriter<File>, world: &mut World) -> io::Result<Recorder> {
     let writer = concat!("encoring ", env!("CARGO_PKG_VERSION"));
     let sink: Box<dyn Sink + Send> = Box::new(sink);
-    Waveform::new(format, sink, writer, world).map(|waveform| Record::Waveform(Box::new(waveform)))
+    Waveform::new(format, sink, writer, world).map(|waveform| Recorder::Waveform(Box::new(waveform)))
 }
 
-fn finish_recording(recording: Option<Recording>, outcome: &Outcome) -> Result<(), Failure> {
+fn finish_recording(recording: Option<Recording>, outcome: &Finished) -> Result<(), Failure> {
     let Some(Recording { file, partial }) = recording else { return Ok(()) };
     if let Err(cause) = &outcome.recording {
         return Err(bad_input(format!(
@@ -443,7 +443,7 @@ impl Report {
         out.flush()
     }
 
-    fn events(&mut self, events: &[Event]) -> io::Result<()> {
+    fn events(&mut self, events: &[RingEvent]) -> io::Result<()> {
         let mut out = io::stdout().lock();
         for event in events.iter().filter(|event| event.number >= self.next_event) {
             match self.format {

@@ -8,4 +8,4 @@ pub mod server;
 pub mod verbs;
 
 pub use server::{Options, serve};
-pub use verbs::{Command, Refused, Reply, Request, answer, parse};
+pub use verbs::{Command, Given, ReadLine, Refused, answer, parse};

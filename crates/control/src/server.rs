@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration as Real;
 
 use encoring_encoder::Unit;
-use encoring_station::{Handle, Stopped};
+use encoring_station::{Handle, RingStopped};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinSet, spawn_blocking};
@@ -112,7 +112,7 @@ impl Peer {
                     // Its thread is lost only with the runtime, and the ring goes with that.
                     spawn_blocking(move || verbs::answer(&line, &units, &ring))
                         .await
-                        .unwrap_or_else(|_| Refused::Stopped(Stopped).answer())
+                        .unwrap_or_else(|_| Refused::Stopped(RingStopped).answer())
                 }
                 Err(LinesCodecError::Io(_)) => Refused::NotUtf8.answer(),
                 Err(LinesCodecError::MaxLineLengthExceeded) => return self.farewell(Refused::TooLong).await,

@@ -10,7 +10,7 @@ use std::path::Path;
 use encoring_encoder::Unit;
 use encoring_sim::Fault;
 use encoring_sim::scenario::{Change, MotionTable, Occurrence, SECONDS_MAX, SetTable};
-use encoring_station::{Handle, Stopped, View};
+use encoring_station::{Handle, RingStopped, View};
 use encoring_words::{Duration, Model};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
@@ -28,7 +28,7 @@ const MESSAGE_CHARS_MAX: usize = 512;
 
 /// A line, read.
 #[derive(Debug)]
-pub struct Request<'a> {
+pub struct ReadLine<'a> {
     /// What the answer echoes, as it was written.
     pub id: Option<&'a RawValue>,
     /// What is asked.
@@ -64,7 +64,7 @@ pub enum Command {
 
 /// What a command gives back.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Reply {
+pub enum Given {
     /// It is done.
     Done,
     /// The ring at this moment.
@@ -171,7 +171,7 @@ pub enum Refused {
     },
     /// There is nothing left to change or look at.
     #[error(transparent)]
-    Stopped(#[from] Stopped),
+    Stopped(#[from] RingStopped),
 }
 
 /// A verb as `help` tells it.
@@ -233,8 +233,8 @@ fn names() -> String {
 
 /// Reads one line. Nothing is done yet.
 #[must_use]
-pub fn parse<'a>(text: &'a str, units: &[Unit]) -> Request<'a> {
-    let refused = |refused| Request { id: None, command: Err(refused) };
+pub fn parse<'a>(text: &'a str, units: &[Unit]) -> ReadLine<'a> {
+    let refused = |refused| ReadLine { id: None, command: Err(refused) };
     // An array would be read too, key by key; nobody means that.
     if !text.trim_start().starts_with('{') {
         return refused(Refused::NotAnObject);
@@ -254,7 +254,7 @@ pub fn parse<'a>(text: &'a str, units: &[Unit]) -> Request<'a> {
         let verb = verb.ok_or_else(|| Refused::UnknownVerb { verb: shortened(written.get(), 64) })?;
         (verb.read)(text, units)
     });
-    Request { id: envelope.id, command }
+    ReadLine { id: envelope.id, command }
 }
 
 /// Reads one line, does what it asks and gives the answer, without its end. Waits for the ring for up to a cycle.
@@ -269,16 +269,16 @@ impl Command {
     /// Does it. Waits for the ring for up to a cycle.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn obey(self, ring: &Handle) -> Result<Reply, Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn obey(self, ring: &Handle) -> Result<Given, RingStopped> {
         match self {
             Self::Set { position, changes } => ring.change(position, changes)?,
             Self::Line { segment, fault, lasting } => ring.trouble(segment, Some((fault, lasting)))?,
             Self::EndLine => ring.trouble(0, None)?,
-            Self::View => return Ok(Reply::View(Box::new(ring.view()?))),
-            Self::Help => return Ok(Reply::Help),
+            Self::View => return Ok(Given::View(Box::new(ring.view()?))),
+            Self::Help => return Ok(Given::Help),
         }
-        Ok(Reply::Done)
+        Ok(Given::Done)
     }
 }
 
@@ -314,11 +314,11 @@ struct Help {
     examples: Vec<&'static RawValue>,
 }
 
-fn answered(id: Option<&RawValue>, result: &Result<Reply, Refused>) -> String {
+fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
     let content = match result {
-        Ok(Reply::Done) => Content::Done {},
-        Ok(Reply::View(view)) => Content::View { view },
-        Ok(Reply::Help) => Content::Help {
+        Ok(Given::Done) => Content::Done {},
+        Ok(Given::View(view)) => Content::View { view },
+        Ok(Given::Help) => Content::Help {
             verbs: VERBS
                 .map(|verb| Help {
                     verb: verb.name,

@@ -13,7 +13,7 @@ pub const EVENTS_KEPT: usize = 256;
 
 /// Something that happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Event {
+pub struct RingEvent {
     /// Counted from 0 without a gap.
     pub number: u64,
     /// Time on the ring in nanoseconds.
@@ -82,7 +82,7 @@ fn hex<S: Serializer>(word: &u16, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.collect_str(&format_args!("{word:04X}"))
 }
 
-impl fmt::Display for Event {
+impl fmt::Display for RingEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", Duration::from_nanos(self.time_ns))?;
         match self.what {
@@ -103,7 +103,7 @@ impl fmt::Display for Event {
 /// The last events of a ring.
 #[derive(Clone, Debug)]
 pub(crate) struct Events {
-    kept: VecDeque<Event>,
+    kept: VecDeque<RingEvent>,
     next: u64,
     line: Verdict,
     /// The place that the present search has found, while there is one.
@@ -179,7 +179,7 @@ impl Events {
     }
 
     /// The kept events from number `from` on.
-    pub(crate) fn since(&self, from: u64) -> Vec<Event> {
+    pub(crate) fn since(&self, from: u64) -> Vec<RingEvent> {
         self.kept.iter().filter(|event| event.number >= from).copied().collect()
     }
 
@@ -187,7 +187,7 @@ impl Events {
         if self.kept.len() == EVENTS_KEPT {
             self.kept.pop_front();
         }
-        self.kept.push_back(Event { number: self.next, time_ns: at.as_nanos(), what });
+        self.kept.push_back(RingEvent { number: self.next, time_ns: at.as_nanos(), what });
         self.next += 1;
     }
 }
@@ -211,7 +211,7 @@ mod tests {
         events.dropped(Instant(400), 5);
         events.dropped(Instant(401), 5);
         events.dropped(Instant(402), 7);
-        let told: Vec<String> = events.since(299).iter().map(Event::to_string).collect();
+        let told: Vec<String> = events.since(299).iter().map(RingEvent::to_string).collect();
         assert_eq!(
             told,
             [

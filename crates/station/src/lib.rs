@@ -11,9 +11,9 @@ pub mod simulated;
 pub mod station;
 pub mod view;
 
-pub use events::{Event, Happened};
+pub use events::{Happened, RingEvent};
 pub use keeper::Keeper;
 pub use pace::Speed;
 pub use simulated::{SharedWorld, Simulated};
-pub use station::{Handle, Options, Outcome, Station, Stopped};
+pub use station::{Finished, Handle, Options, RingStopped, Station};
 pub use view::View;

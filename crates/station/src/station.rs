@@ -13,7 +13,7 @@ use encoring_trace::wave::Sink;
 use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
 
-use crate::events::{Event, Events};
+use crate::events::{Events, RingEvent};
 use crate::pace::{Pace, Speed};
 use crate::view::{Counters, View};
 
@@ -21,7 +21,7 @@ use crate::view::{Counters, View};
 const REQUESTS_WAITING: usize = 64;
 
 /// What is recorded, and where it goes.
-pub enum Record {
+pub enum Recorder {
     /// Every exchange of every encoder, as rows.
     Exchanges(Writer<Box<dyn io::Write + Send>>),
     /// What the ring looks like over time.
@@ -35,7 +35,7 @@ pub struct Options {
     /// Time on the ring after which it stops by itself.
     pub until: Option<Duration>,
     /// What is written meanwhile. A waveform was begun with the world that is started.
-    pub record: Option<Record>,
+    pub record: Option<Recorder>,
 }
 
 impl Default for Options {
@@ -49,16 +49,16 @@ impl Default for Options {
 pub struct Station {
     handle: Handle,
     first_view: View,
-    thread: JoinHandle<Outcome>,
+    thread: JoinHandle<Finished>,
 }
 
 /// How a station ended.
 #[derive(Debug)]
-pub struct Outcome {
+pub struct Finished {
     /// The last view.
     pub view: View,
     /// The last events.
-    pub events: Vec<Event>,
+    pub events: Vec<RingEvent>,
     /// The memories as they are after the supply was switched off, by position.
     pub memories: Vec<Eeprom>,
     /// Why the recording broke off, if it did.
@@ -75,13 +75,13 @@ pub struct Handle {
 /// The ring has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the ring has stopped")]
-pub struct Stopped;
+pub struct RingStopped;
 
 enum Request {
     Change { position: usize, changes: Vec<Change>, done: SyncSender<()> },
     Trouble { segment: usize, fault: Option<(Fault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
-    Events { from: u64, answer: SyncSender<Vec<Event>> },
+    Events { from: u64, answer: SyncSender<Vec<RingEvent>> },
     Memories(SyncSender<Vec<Memory>>),
     Stop,
 }
@@ -105,7 +105,7 @@ impl Station {
         let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
         let handle = Handle { image: SharedImage::new(image), requests };
-        if matches!(options.record, Some(Record::Exchanges(_))) {
+        if matches!(options.record, Some(Recorder::Exchanges(_))) {
             world.record();
         }
         let mut ring = Running {
@@ -148,11 +148,11 @@ impl Station {
     /// Stops the ring and switches every encoder off.
     ///
     /// # Errors
-    /// [`Stopped`] if its thread has died.
-    pub fn stop(self) -> Result<Outcome, Stopped> {
+    /// [`RingStopped`] if its thread has died.
+    pub fn stop(self) -> Result<Finished, RingStopped> {
         // If it has ended by itself, nobody listens any more.
         let _ = self.handle.requests.send(Request::Stop);
-        self.thread.join().map_err(|_| Stopped)
+        self.thread.join().map_err(|_| RingStopped)
     }
 }
 
@@ -166,47 +166,47 @@ impl Handle {
     /// Changes what surrounds an encoder, between two cycles; returns when it is done.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn change(&self, position: usize, changes: Vec<Change>) -> Result<(), Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn change(&self, position: usize, changes: Vec<Change>) -> Result<(), RingStopped> {
         self.ask(|done| Request::Change { position, changes, done })
     }
 
     /// Troubles a segment for a time, or with `None` ends every trouble; returns when it is done.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn trouble(&self, segment: usize, fault: Option<(Fault, Duration)>) -> Result<(), Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn trouble(&self, segment: usize, fault: Option<(Fault, Duration)>) -> Result<(), RingStopped> {
         self.ask(|done| Request::Trouble { segment, fault, done })
     }
 
     /// Looks at the whole ring, between two cycles.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn view(&self) -> Result<View, Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn view(&self) -> Result<View, RingStopped> {
         self.ask(Request::View)
     }
 
     /// The events from number `from` on, as far as they are kept.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn events(&self, from: u64) -> Result<Vec<Event>, Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn events(&self, from: u64) -> Result<Vec<RingEvent>, RingStopped> {
         self.ask(|answer| Request::Events { from, answer })
     }
 
     /// Copies the memories, by position.
     ///
     /// # Errors
-    /// [`Stopped`] if the ring no longer runs.
-    pub fn memories(&self) -> Result<Vec<Memory>, Stopped> {
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn memories(&self) -> Result<Vec<Memory>, RingStopped> {
         self.ask(Request::Memories)
     }
 
-    fn ask<R>(&self, request: impl FnOnce(SyncSender<R>) -> Request) -> Result<R, Stopped> {
+    fn ask<R>(&self, request: impl FnOnce(SyncSender<R>) -> Request) -> Result<R, RingStopped> {
         let (answer, answered) = sync_channel(1);
-        self.requests.send(request(answer)).map_err(|_| Stopped)?;
-        answered.recv().map_err(|_| Stopped)
+        self.requests.send(request(answer)).map_err(|_| RingStopped)?;
+        answered.recv().map_err(|_| RingStopped)
     }
 }
 
@@ -217,7 +217,7 @@ struct Running {
     verdict: Verdict,
     counters: Counters,
     events: Events,
-    record: Option<Record>,
+    record: Option<Recorder>,
     recording: io::Result<()>,
 }
 
@@ -229,7 +229,7 @@ enum Next {
 
 impl Running {
     #[expect(clippy::disallowed_methods, reason = "this thread is where real time enters")]
-    fn run(mut self, speed: Speed, until: Option<Duration>, requests: &Receiver<Request>) -> Outcome {
+    fn run(mut self, speed: Speed, until: Option<Duration>, requests: &Receiver<Request>) -> Finished {
         let mut pace = Pace::new(self.world.cycle_time(), speed);
         let started = Clock::now();
         let ended = |world: &World| until.is_some_and(|until| world.now().as_nanos() >= until.as_nanos());
@@ -291,12 +291,14 @@ impl Running {
     }
 
     fn keep_exchanges(&mut self) {
-        let (Some(Record::Exchanges(rows)), Ok(())) = (&mut self.record, &self.recording) else { return };
+        let (Some(Recorder::Exchanges(rows)), Ok(())) = (&mut self.record, &self.recording) else { return };
         self.recording = self.world.take_recorded().try_for_each(|row: Row| rows.write(&row));
     }
 
     fn keep_waveform(&mut self, cycled: &Cycled) {
-        let (Some(Record::Waveform(waveform)), Ok(())) = (&mut self.record, &self.recording) else { return };
+        let (Some(Recorder::Waveform(waveform)), Ok(())) = (&mut self.record, &self.recording) else {
+            return;
+        };
         self.recording = waveform.cycled(&mut self.world, cycled);
     }
 
@@ -338,14 +340,14 @@ impl Running {
         View::of(&self.world, &image, self.verdict, self.counters)
     }
 
-    fn finish(self) -> Outcome {
+    fn finish(self) -> Finished {
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
         let (view, events) = (self.view(), self.events.since(0));
         let finished = match self.record {
-            Some(Record::Exchanges(mut rows)) => rows.flush(),
-            Some(Record::Waveform(waveform)) => waveform.finish().map(drop),
+            Some(Recorder::Exchanges(mut rows)) => rows.flush(),
+            Some(Recorder::Waveform(waveform)) => waveform.finish().map(drop),
             None => Ok(()),
         };
-        Outcome { view, events, memories, recording: self.recording.and(finished) }
+        Finished { view, events, memories, recording: self.recording.and(finished) }
     }
 }

@@ -13,8 +13,8 @@ use encoring_sim::device_line::to_device;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
 use encoring_sim::{Fault, Scenario, Waveform, World, state};
-use encoring_station::station::Record;
-use encoring_station::{Handle, Keeper, Options, Speed, Station, Stopped};
+use encoring_station::station::Recorder;
+use encoring_station::{Handle, Keeper, Options, RingStopped, Speed, Station};
 use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
 use encoring_words::{Duration, InWord, OutWord};
@@ -93,7 +93,7 @@ struct Sink {
 }
 
 impl Sink {
-    fn record(&self, world: &World) -> Record {
+    fn record(&self, world: &World) -> Recorder {
         let devices: Vec<_> = world
             .places()
             .iter()
@@ -101,7 +101,7 @@ impl Sink {
             .map(|(place, position)| to_device(position, place.node().unit(), place.node().memory()))
             .collect();
         let sink: Box<dyn Write + Send> = Box::new(self.clone());
-        Record::Exchanges(Writer::recording(sink, &devices).unwrap())
+        Recorder::Exchanges(Writer::recording(sink, &devices).unwrap())
     }
 
     fn rows(&self) -> Vec<Row> {
@@ -400,7 +400,7 @@ fn a_waveform_that_breaks_off_ends_the_station_and_is_told() {
         let sink = Sink { full_after: Some(6_000), ..Sink::default() };
         let file: Box<dyn wave::Sink + Send> = Box::new(sink.clone());
         let waveform = Waveform::new(format, file, "tests", &mut world).unwrap();
-        let record = Some(Record::Waveform(Box::new(waveform)));
+        let record = Some(Recorder::Waveform(Box::new(waveform)));
         let until = Some(Duration::from_millis(2_000));
         let station = Station::start(world, Options { record, until, speed: Speed::Max }).unwrap();
         wait_for("the end", || station.is_finished());
@@ -456,13 +456,13 @@ fn after_the_stop_every_request_is_answered_with_stopped() {
         let handle = station.handle().clone();
         if until.is_some() {
             wait_for("the end", || station.is_finished());
-            assert_eq!(handle.view().map(|_| ()), Err(Stopped));
+            assert_eq!(handle.view().map(|_| ()), Err(RingStopped));
         }
         let outcome = station.stop().unwrap();
-        assert_eq!(handle.view().map(|_| ()), Err(Stopped));
-        assert_eq!(handle.memories().map(|_| ()), Err(Stopped));
-        assert_eq!(handle.change(0, vec![Change::Supply(0)]), Err(Stopped));
-        assert_eq!(handle.trouble(0, None), Err(Stopped));
+        assert_eq!(handle.view().map(|_| ()), Err(RingStopped));
+        assert_eq!(handle.memories().map(|_| ()), Err(RingStopped));
+        assert_eq!(handle.change(0, vec![Change::Supply(0)]), Err(RingStopped));
+        assert_eq!(handle.trouble(0, None), Err(RingStopped));
         let last = handle.image().with(|image| image.input()[1].to_string());
         assert_eq!(last, outcome.view.devices[1].input, "the image stays as it was");
     }

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use encoring_bus::watch::{Phase, Plan, Subject};
+use encoring_bus::watch::{HandshakePhase, Plan, Subject};
 use encoring_bus::{Judge, Verdict, Watch};
 use encoring_sim::Fault;
 use encoring_sim::scenario::Change;
@@ -43,7 +43,7 @@ fn minutes_of_the_built_in_ring_are_valid_throughout() {
         polls += 1;
         for sight in &poll.sights {
             assert!(matches!(sight.verdict, Verdict::Valid(_)), "{sight:?}");
-            assert_eq!((sight.out, sight.phase()), (Some(OutWord(0)), Some(Phase::Normal)));
+            assert_eq!((sight.out, sight.phase()), (Some(OutWord(0)), Some(HandshakePhase::Normal)));
             let lamps = world.lamps(sight.position).unwrap();
             assert!(lamps.u && lamps.ba && lamps.rc && lamps.rd == (sight.position == 2));
         }

@@ -192,7 +192,7 @@ fn the_phases_are_those_of_bit_31_in_both_words() {
         (0x8200_0000, 0x8200_270F, "acknowledged"),
         (0x0200_0000, 0x8200_270F, "ending"),
     ] {
-        assert_eq!(Phase::of(OutWord(out), InWord(input)).name(), name);
+        assert_eq!(HandshakePhase::of(OutWord(out), InWord(input)).name(), name);
     }
 }
 

@@ -1,7 +1,8 @@
 //! What `calc` shows: plain data for programs. The text for people is made from the same.
 
 use encoring_host::scaling::{
-    Choice, Deviation, Expected, Fraction, HandshakeWord, Linear, Native, Ratio, Rounding, Stage, ZeroRisk,
+    Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, Native, Ratio, Rounding,
+    ZeroRisk,
 };
 use encoring_words::{Model, Service};
 use serde::Serialize;
@@ -156,9 +157,9 @@ impl StepView {
             service: step.service.number(),
             service_name: step.service.name(),
             phase: match step.phase {
-                Stage::Prepare => "prepare",
-                Stage::Request => "request",
-                Stage::End => "end",
+                HandshakeStep::Prepare => "prepare",
+                HandshakeStep::Request => "request",
+                HandshakeStep::End => "end",
             },
             out: step.out.to_string(),
             out_high: format!("{:04X}", step.out.high()),

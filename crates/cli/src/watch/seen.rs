@@ -1,6 +1,6 @@
 //! What is shown of an encoder: the same for the screen, for lines and for programs.
 
-use encoring_bus::watch::{Phase, Poll, Sight};
+use encoring_bus::watch::{HandshakePhase, Poll, Sight};
 use encoring_bus::{Blind, Judge, Link, Verdict};
 use encoring_host::validity::Stop;
 use encoring_station::view::Lamps;
@@ -56,7 +56,7 @@ impl Seen {
             measuring_length: judge.measuring_length(),
             out: sight.out.map(|word| word.to_string()),
             input: sight.input.map(|word| word.to_string()),
-            phase: sight.phase().map(Phase::name),
+            phase: sight.phase().map(HandshakePhase::name),
             age_ns: sight.age.map(Duration::as_nanos),
             lamps,
             cannot_judge: judge.blind().iter().map(|blind| blind.name()).collect(),

@@ -243,7 +243,7 @@ fn length_outside(
 mod tests {
     extern crate std;
     use super::*;
-    use crate::scaling::{Choice, Expected, Judged, Stage};
+    use crate::scaling::{Choice, Expected, HandshakeStep, Judged};
     use encoring_words::model::Sensor;
     use encoring_words::word::{In, Out, ServiceNumber};
     use encoring_words::{ErrorStatus, InWord, OutWord, ParameterSet};
@@ -500,7 +500,7 @@ mod tests {
             prop_assert_eq!(steps.len(), 3 * services.len());
             for (three, (service, access, data)) in steps.chunks(3).zip(services) {
                 let [prepare, request, end] = three else { panic!("three") };
-                prop_assert_eq!((prepare.phase, request.phase, end.phase), (Stage::Prepare, Stage::Request, Stage::End));
+                prop_assert_eq!((prepare.phase, request.phase, end.phase), (HandshakeStep::Prepare, HandshakeStep::Request, HandshakeStep::End));
                 let Out::Request(fields) = request.out.decode() else { panic!("a request") };
                 prop_assert_eq!(fields.service, ServiceNumber::Known(service));
                 prop_assert_eq!((fields.access, fields.data, fields.error, fields.reserve), (access, data, false, false));

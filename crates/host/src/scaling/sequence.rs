@@ -9,7 +9,7 @@ pub struct HandshakeWord {
     /// The service it belongs to.
     pub service: Service,
     /// Its place in the service's handshake.
-    pub phase: Stage,
+    pub phase: HandshakeStep,
     /// What to write.
     pub out: OutWord,
     /// What to wait for.
@@ -18,7 +18,7 @@ pub struct HandshakeWord {
 
 /// The three words of a handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum HandshakeStep {
     /// Service and data, the service bit still 0: both halves are in place before anything counts.
     Prepare,
     /// The same with the service bit, at least one cycle later.
@@ -89,9 +89,9 @@ pub(super) fn handshake(service: Service, access: Access, data: u32) -> [Handsha
     let rest = OutWord::from(Out::Normal(request.0));
     let step = |phase, out, expected| HandshakeWord { service, phase, out, expected };
     [
-        step(Stage::Prepare, rest, Expected::Position),
-        step(Stage::Request, request, Expected::Reply(InWord(request.0))),
-        step(Stage::End, rest, Expected::Position),
+        step(HandshakeStep::Prepare, rest, Expected::Position),
+        step(HandshakeStep::Request, request, Expected::Reply(InWord(request.0))),
+        step(HandshakeStep::End, rest, Expected::Position),
     ]
 }
 
