@@ -3,8 +3,10 @@
 //! A simulated ring is one, a Modbus gateway in front of a real ring another. Whoever programs encoders knows only
 //! this trait.
 
+use std::error::Error;
 use std::fmt;
 use std::io;
+use std::sync::Arc;
 
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
@@ -68,7 +70,7 @@ pub struct Settling {
 }
 
 /// Why a ring could not be read or written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusError {
     /// The caller asked for an encoder that the ring does not have.
     #[error("no encoder at position {position}: the ring has {encoders}, counted from 0")]
@@ -87,26 +89,6 @@ pub enum BusError {
         /// The bus's time-out.
         within: Duration,
     },
-    /// The peer refused the request.
-    #[error("the gateway refused function {function} at register {register}: exception {exception:02X}h, {}", meaning(*.exception))]
-    Refused {
-        /// Modbus function.
-        function: u8,
-        /// First register of the request.
-        register: u16,
-        /// Modbus exception code.
-        exception: u8,
-    },
-    /// The peer's answer is not one to the request.
-    #[error("the answer to function {function} at register {register} is no answer: {got}")]
-    Garbled {
-        /// Modbus function.
-        function: u8,
-        /// First register of the request.
-        register: u16,
-        /// What is wrong with it.
-        got: Garbled,
-    },
     /// The peer describes a ring on which the encoder cannot be found.
     #[error(
         "the module at position {position} has ident code {ident} and {words} words, an encoder has 51 and 2"
@@ -119,7 +101,57 @@ pub enum BusError {
         /// Its length in words.
         words: u8,
     },
+    /// What only the client's protocol knows.
+    #[error(transparent)]
+    Client(#[from] ClientError),
 }
+
+/// An answer that brings no words, as the client of a protocol tells it.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{error}")]
+pub struct ClientError {
+    answered: Answered,
+    error: Arc<dyn Error + Send + Sync>,
+}
+
+/// What kind of answer it is: the client decides it, as only it knows its protocol.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answered {
+    /// The peer has understood, and refuses. It will refuse the same again.
+    Refused,
+    /// What came is no answer to the request. The next may be.
+    Garbled,
+}
+
+impl BusError {
+    /// What a client of a protocol met, and what it means for whoever asked.
+    pub fn client(answered: Answered, error: impl Error + Send + Sync + 'static) -> Self {
+        Self::Client(ClientError { answered, error: Arc::new(error) })
+    }
+}
+
+impl ClientError {
+    /// What kind of answer it is.
+    #[must_use]
+    pub const fn answered(&self) -> Answered {
+        self.answered
+    }
+
+    /// The client's own error, for whoever knows that client.
+    #[must_use]
+    pub fn error(&self) -> &(dyn Error + Send + Sync + 'static) {
+        self.error.as_ref()
+    }
+}
+
+/// Two of them are the same if they say the same.
+impl PartialEq for ClientError {
+    fn eq(&self, other: &Self) -> bool {
+        self.answered == other.answered && self.error.to_string() == other.error.to_string()
+    }
+}
+
+impl Eq for ClientError {}
 
 /// Why there is no connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -135,32 +167,8 @@ pub enum Cause {
     },
 }
 
-/// What is wrong with an answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Garbled {
-    /// It has another number of registers.
-    Registers {
-        /// As many as it has.
-        got: usize,
-        /// As many as were asked for.
-        wanted: usize,
-    },
-    /// It belongs to another function, unit or transaction, or is no frame at all.
-    Foreign,
-    /// It was no whole frame when the time was over.
-    Unfinished {
-        /// As many bytes as had come.
-        bytes: usize,
-    },
-    /// It names a length of process data that is not defined.
-    LengthCode {
-        /// The code.
-        code: u8,
-    },
-}
-
 /// Something that happened to a bus's link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkEvent {
     /// When.
     pub at: Instant,
@@ -169,7 +177,7 @@ pub struct LinkEvent {
 }
 
 /// What can happen to a link.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
     /// It is there.
     Up {
@@ -200,37 +208,11 @@ impl Link {
     }
 }
 
-const fn meaning(exception: u8) -> &'static str {
-    match exception {
-        0x01 => "it does not know the function",
-        0x02 => "there is no such register",
-        0x03 => "the quantity or value is not allowed",
-        0x04 => "it failed",
-        0x05 => "it needs more time",
-        0x06 => "it is busy",
-        0x08 => "its memory is damaged",
-        0x0A => "it has no way to the unit",
-        0x0B => "the unit behind it does not answer",
-        _ => "a code that Modbus does not define",
-    }
-}
-
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::System(kind) => write!(f, "{kind}"),
             Self::Waiting { last, next } => write!(f, "{last}; the next attempt is in {next}"),
-        }
-    }
-}
-
-impl fmt::Display for Garbled {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Registers { got, wanted } => write!(f, "{got} registers instead of {wanted}"),
-            Self::Foreign => f.write_str("it does not belong to the request"),
-            Self::Unfinished { bytes } => write!(f, "{bytes} bytes and no whole frame among them"),
-            Self::LengthCode { code } => write!(f, "length code {code:02X}h is not defined"),
         }
     }
 }

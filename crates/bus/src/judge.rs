@@ -10,13 +10,13 @@ use encoring_words::parameter::PARAMETERS;
 use encoring_words::word::{DATA_MAX, In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, Instant, Model, Parameter, ParameterSet, Service};
 
-use crate::bus::BusError;
+use crate::bus::{Answered, BusError};
 
 /// After so many positions that fit one another a jump is over: somebody who only looks cannot ask why it was.
 const JUMP_OVER: NonZeroU32 = NonZeroU32::MIN.saturating_add(9);
 
 /// What an IN word is worth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Verdict {
     /// A position that nothing speaks against.
     Valid(u32),
@@ -59,13 +59,13 @@ impl Verdict {
 
     /// One word for it.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn word(&self) -> &'static str {
         Self::WORDS.get(self.number()).copied().unwrap_or_default()
     }
 
     /// Its place in [`Verdict::WORDS`].
     #[must_use]
-    pub const fn number(self) -> usize {
+    pub const fn number(&self) -> usize {
         match self {
             Self::Valid(_) => 0,
             Self::Unchecked(_) => 1,
@@ -79,17 +79,19 @@ impl Verdict {
             Self::Implausible(Why::Acceleration { .. }) => 9,
             Self::NoAnswer(BusError::NoAnswer { .. }) => 10,
             Self::NoAnswer(BusError::NoConnection(_)) => 11,
-            Self::NoAnswer(BusError::Refused { .. }) => 12,
-            Self::NoAnswer(BusError::Garbled { .. }) => 13,
+            Self::NoAnswer(BusError::Client(client)) => match client.answered() {
+                Answered::Refused => 12,
+                Answered::Garbled => 13,
+            },
             Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 14,
         }
     }
 
     /// The position in steps, if there is one.
     #[must_use]
-    pub const fn value(self) -> Option<u32> {
+    pub const fn value(&self) -> Option<u32> {
         match self {
-            Self::Valid(value) | Self::Unchecked(value) => Some(value),
+            Self::Valid(value) | Self::Unchecked(value) => Some(*value),
             _ => None,
         }
     }
@@ -197,7 +199,8 @@ impl Judge {
     /// Judges what a poll brought, and whether it is a new reason to stop the machine.
     pub fn judge(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Verdict, Option<Stop>) {
         let mut stop = None;
-        let position = self.validity.judge(now, seen.ok(), &mut |reason| stop = Some(reason));
+        let input = seen.as_ref().ok().copied();
+        let position = self.validity.judge(now, input, &mut |reason| stop = Some(reason));
         let verdict = match (seen, position) {
             (Err(error), _) => Verdict::NoAnswer(error),
             (_, Position::Valid(value)) if self.blind.is_empty() => Verdict::Valid(value),
@@ -207,7 +210,7 @@ impl Judge {
             (_, Position::InService) => Verdict::InService,
             (_, Position::Implausible(why)) => Verdict::Implausible(why),
         };
-        if let Ok(Seen { input, .. }) = seen
+        if let Some(Seen { input, .. }) = input
             && let In::Reply(reply) = input.decode()
         {
             self.follow(reply);

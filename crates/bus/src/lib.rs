@@ -10,7 +10,7 @@ pub mod judge;
 pub mod master;
 pub mod watch;
 
-pub use bus::{Bus, BusError, Cause, Cycle, Link, LinkEvent, Settling};
+pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
 pub use image::SharedImage;
 pub use judge::{Blind, Insight, Judge, Verdict};
 pub use master::{Master, MasterError};

@@ -12,7 +12,7 @@ use crate::bus::{Bus, BusError};
 const REPLY_POLL: Duration = Duration::from_millis(1);
 
 /// Why a service was not even begun.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MasterError {
     /// The bus cannot be read or written.
     #[error(transparent)]
@@ -122,8 +122,8 @@ impl<'a, B: Bus + ?Sized> Master<'a, B> {
 
     /// The last trouble with the bus: what may be behind a time-out.
     #[must_use]
-    pub const fn last_error(&self) -> Option<BusError> {
-        self.last_error
+    pub const fn last_error(&self) -> Option<&BusError> {
+        self.last_error.as_ref()
     }
 
     /// The bus.
@@ -160,8 +160,8 @@ impl<'a, B: Bus + ?Sized> Master<'a, B> {
                 Ok(found) => return Ok(found),
                 Err(problem) => problem,
             };
-            if let MasterError::Bus(error) = problem {
-                self.last_error = Some(error);
+            if let MasterError::Bus(error) = &problem {
+                self.last_error = Some(error.clone());
             }
             asked += 1;
             let patient = self.bus.now().since(since) < patience || asked < self.timing.patience_polls;

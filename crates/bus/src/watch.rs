@@ -10,7 +10,7 @@ use encoring_host::Seen;
 use encoring_host::validity::Stop;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Bus, BusError, LinkEvent};
+use crate::bus::{Answered, Bus, BusError, LinkEvent};
 use crate::judge::{Insight, Judge, Verdict};
 
 /// How long a wait may be before the stop mark is looked at.
@@ -48,7 +48,7 @@ pub struct Poll {
 }
 
 /// What a poll brought of one encoder.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sight {
     /// Its ring position.
     pub position: usize,
@@ -237,14 +237,17 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             words = rest;
             let cycle = self.bus.cycle(None, first, run);
             self.answered |= cycle.is_ok();
-            let at = cycle.map_or_else(|_| self.bus.now(), |cycle| cycle.at);
+            let at = cycle.as_ref().map_or_else(|_| self.bus.now(), |cycle| cycle.at);
             // The run first: at its end no subject may be taken.
             for (word, subject) in run.iter().zip(subjects.by_ref()) {
                 let position = subject.position;
-                let seen = cycle.map(|cycle| Seen { input: *word, age: cycle.age });
-                let out = (seen.is_ok() && ask).then(|| self.bus.out(position));
-                match out {
-                    Some(Err(BusError::Refused { .. })) => (ask, self.out_readable) = (false, false),
+                let brought = cycle.as_ref().map(|cycle| Seen { input: *word, age: cycle.age });
+                let seen = brought.ok();
+                let out = (seen.is_some() && ask).then(|| self.bus.out(position));
+                match &out {
+                    Some(Err(BusError::Client(client))) if client.answered() == Answered::Refused => {
+                        (ask, self.out_readable) = (false, false);
+                    }
                     // The rest would wait for nothing too.
                     Some(Err(_)) => ask = false,
                     Some(Ok(_)) | None => {}
@@ -252,12 +255,12 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
                 if let Some(insight) = insight(position) {
                     subject.judge.learn(insight);
                 }
-                let (verdict, stop) = subject.judge.judge(at, seen);
+                let (verdict, stop) = subject.judge.judge(at, brought.map_err(Clone::clone));
                 self.poll.sights.push(Sight {
                     position,
                     at,
-                    input: seen.ok().map(|seen| seen.input),
-                    age: seen.ok().map(|seen| seen.age),
+                    input: seen.map(|seen| seen.input),
+                    age: seen.map(|seen| seen.age),
                     out: out.and_then(Result::ok),
                     verdict,
                     stop,

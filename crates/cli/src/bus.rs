@@ -175,16 +175,16 @@ impl Opened {
         work: impl FnOnce(&mut Master<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
         let stop = self.stop();
-        let failure = |failed, behind| FailureView::new(failed, target.model, behind).into_failure();
+        let failure = |failed: &Failed, behind| FailureView::new(failed, target.model, behind).into_failure();
         let mut master = Master::new(&mut *self.bus, target.position, patience, stop)
-            .map_err(|error| failure(Failed::Bus(error), None))?;
+            .map_err(|error| failure(&Failed::Bus(error), None))?;
         let worked = work(&mut master);
         if master.may_have_left_the_service_bit() {
             note(
                 "note: the service bit may still be set on the bus: the word that clears it could not be written",
             );
         }
-        worked.map_err(|failed| failure(failed, master.last_error()))
+        worked.map_err(|failed| failure(&failed, master.last_error()))
     }
 
     /// Tells what happened to the link, and keeps the memories of simulated encoders.

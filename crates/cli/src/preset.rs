@@ -95,8 +95,8 @@ impl Arguments {
         )?;
         opened.serve(target, patience, |master| {
             let report = preset.adjust(master);
-            let failure =
-                report.result.err().map(|failed| FailureView::new(failed, target.model, master.last_error()));
+            let failed = report.result.as_ref().err();
+            let failure = failed.map(|failed| FailureView::new(failed, target.model, master.last_error()));
             Ok(PresetView {
                 target: TargetView::new(target),
                 wanted: self.value,
@@ -111,7 +111,7 @@ impl Arguments {
 
     /// What the report comes to.
     fn text(&self, report: &PresetReport<MasterError>) -> Vec<String> {
-        let Err(failed) = report.result else {
+        let Err(failed) = &report.result else {
             return vec![if report.after == Some(self.value) {
                 "done".to_owned()
             } else {

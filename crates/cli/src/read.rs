@@ -133,7 +133,7 @@ fn look<S: Services<Error = MasterError>>(
         let value = match read(services, target.model, *parameter) {
             Ok(value) => value.sure(),
             Err(failed @ Failed::Refused(_)) => {
-                failures.push(FailureView::new(failed, target.model, None));
+                failures.push(FailureView::new(&failed, target.model, None));
                 None
             }
             Err(failed) => return Err(failed),

@@ -190,7 +190,7 @@ const fn fate(fate: Fate) -> (&'static str, &'static str) {
 }
 
 impl FailureView {
-    pub(crate) fn new(failed: Failed, model: Model, behind: Option<BusError>) -> Self {
+    pub(crate) fn new(failed: &Failed, model: Model, behind: Option<&BusError>) -> Self {
         let blank = |kind, ends| Self {
             kind,
             out: None,
@@ -200,7 +200,7 @@ impl FailureView {
             text: Vec::new(),
             ends,
         };
-        match failed {
+        match *failed {
             ServiceFailure::Request(error) => {
                 Self { text: vec![error.to_string()], ..blank("not_sent", Ends::BadInput) }
             }
@@ -247,7 +247,7 @@ impl FailureView {
                     ..blank("given_up", Ends::NoAnswer)
                 }
             }
-            ServiceFailure::Bus(error) => {
+            ServiceFailure::Bus(ref error) => {
                 let (kind, ends) = match error {
                     MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {
                         ("another_master", Ends::Refused)

@@ -194,7 +194,7 @@ pub struct Prepared<E> {
     stopped: Option<Stopped<E>>,
 }
 
-impl<E: Copy> Prepared<E> {
+impl<E> Prepared<E> {
     fn new(program: Program) -> Self {
         let rows = PARAMETERS.map(|parameter| {
             let known = parameter.service().known_to(program.model);
@@ -216,8 +216,8 @@ impl<E: Copy> Prepared<E> {
 
     /// Why it cannot be run: [`Prepared::run`] will say the same and write nothing.
     #[must_use]
-    pub const fn stopped(&self) -> Option<Stopped<E>> {
-        self.stopped
+    pub const fn stopped(&self) -> Option<&Stopped<E>> {
+        self.stopped.as_ref()
     }
 
     /// What IN showed.
@@ -252,7 +252,7 @@ impl<E: Copy> Prepared<E> {
 
     /// Programs, checks and verifies.
     pub fn run<S: Services<Error = E>>(mut self, services: &mut S) -> Report<E> {
-        let result = match self.stopped {
+        let result = match self.stopped.take() {
             Some(stopped) => Err(stopped),
             None => self.forward(services),
         };

@@ -11,7 +11,7 @@ use crate::session::{GivenUp, Outcome, TimedOut};
 /// Carries services out, one at a time, with a [`crate::Session`].
 pub trait Services {
     /// Why the encoder cannot be reached.
-    type Error: Copy;
+    type Error;
 
     /// Carries a service out to its end.
     ///

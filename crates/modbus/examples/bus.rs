@@ -7,7 +7,7 @@
 use std::ops::ControlFlow;
 
 use encoring_bus::{Bus, BusError};
-use encoring_modbus::{Client, probe};
+use encoring_modbus::{Client, ModbusError, probe};
 use encoring_words::{InWord, OutWord};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -55,7 +55,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let [word] = input;
                 match result {
                     Ok(_) => println!("{position}: OUT {:08X} IN {:08X}", client.out(position)?.0, word.0),
-                    Err(BusError::Refused { exception: 2, .. } | BusError::NoEncoder { .. }) => break,
+                    Err(BusError::NoEncoder { .. }) => break,
+                    // Behind the last encoder there are no registers.
+                    Err(BusError::Client(client))
+                        if matches!(
+                            client.error().downcast_ref(),
+                            Some(ModbusError::Refused { exception: 2, .. })
+                        ) =>
+                    {
+                        break;
+                    }
                     Err(error @ BusError::NotAnEncoder { .. }) => println!("{position}: {error}"),
                     Err(error) => return Err(error.into()),
                 }

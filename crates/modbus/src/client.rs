@@ -15,6 +15,7 @@ use tokio::time::{sleep, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
 
 use crate::address::{Address, Layout, Parity, Place, Stop, Way};
+use crate::error::ModbusError;
 use crate::inline::{Directory, MODULES, MODULES_MAX};
 use crate::pdu::READ_MAX;
 use crate::reconnect::Reconnect;
@@ -24,7 +25,7 @@ mod line;
 mod wire;
 
 pub(crate) use wire::reading;
-use wire::{Deadline, Wire};
+use wire::{Deadline, Wire, lost};
 
 /// Registers of one request: as many as there may be, and no half word among them.
 const CHUNK: usize = READ_MAX as usize / REGISTERS_PER_ENCODER * REGISTERS_PER_ENCODER;
@@ -83,8 +84,8 @@ impl Client {
     /// Reads registers of any table, as they stand. [`Bus::cycle`] reads words; this is for whoever looks around.
     ///
     /// # Errors
-    /// [`BusError`].
-    pub fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, BusError> {
+    /// [`ModbusError`].
+    pub fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
         self.block(async |core, deadline| {
             core.connect(deadline).await?;
             let registers = core.read(place, count.into(), deadline).await;
@@ -96,8 +97,8 @@ impl Client {
     /// byte of each, and where their data lie. `None` if the address has another layout, where nobody can tell.
     ///
     /// # Errors
-    /// [`BusError`].
-    pub fn modules(&mut self) -> Result<Option<(Vec<u16>, Directory)>, BusError> {
+    /// [`ModbusError`].
+    pub fn modules(&mut self) -> Result<Option<(Vec<u16>, Directory)>, ModbusError> {
         let Layout::Inline { data: Place { table, .. } } = self.core.address.layout else { return Ok(None) };
         self.block(async |core, deadline| {
             core.connect(deadline).await?;
@@ -110,10 +111,10 @@ impl Client {
 
     fn block<T>(
         &mut self,
-        work: impl AsyncFnOnce(&mut Core, Deadline) -> Result<T, BusError>,
-    ) -> Result<T, BusError> {
+        work: impl AsyncFnOnce(&mut Core, Deadline) -> Result<T, ModbusError>,
+    ) -> Result<T, ModbusError> {
         let Some(runtime) = &self.runtime else {
-            return Err(BusError::NoConnection(Cause::System(io::ErrorKind::NotConnected)));
+            return Err(lost(io::ErrorKind::NotConnected));
         };
         let core = &mut self.core;
         runtime.block_on(async move {
@@ -138,7 +139,7 @@ impl Bus for Client {
     }
 
     fn out(&mut self, position: usize) -> Result<OutWord, BusError> {
-        self.block(async |core, deadline| core.out(position, deadline).await)
+        Ok(self.block(async |core, deadline| core.out(position, deadline).await)?)
     }
 
     fn cycle(
@@ -147,7 +148,7 @@ impl Bus for Client {
         first: usize,
         input: &mut [InWord],
     ) -> Result<Cycle, BusError> {
-        self.block(async |core, deadline| core.cycle(write, first, input, deadline).await)
+        Ok(self.block(async |core, deadline| core.cycle(write, first, input, deadline).await)?)
     }
 
     fn wait(&mut self, span: Duration) {
@@ -189,7 +190,7 @@ impl Core {
         Deadline { at: tokio::time::Instant::now() + Span::from_nanos(within.as_nanos()), within }
     }
 
-    async fn out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, BusError> {
+    async fn out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, ModbusError> {
         self.connect(deadline).await?;
         let result = self.read_out(position, deadline).await;
         self.checked(result)
@@ -201,13 +202,13 @@ impl Core {
         first: usize,
         input: &mut [InWord],
         deadline: Deadline,
-    ) -> Result<Cycle, BusError> {
+    ) -> Result<Cycle, ModbusError> {
         self.connect(deadline).await?;
         let result = self.write_and_read(write, first, input, deadline).await;
         self.checked(result)
     }
 
-    async fn read_out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, BusError> {
+    async fn read_out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, ModbusError> {
         let place = self.out_place(position, deadline).await?;
         let registers = self.read(place, REGISTERS_PER_ENCODER, deadline).await?;
         let word = registers.first_chunk().map(|halves| self.address.order.word(*halves));
@@ -220,7 +221,7 @@ impl Core {
         first: usize,
         input: &mut [InWord],
         deadline: Deadline,
-    ) -> Result<Cycle, BusError> {
+    ) -> Result<Cycle, ModbusError> {
         if write.is_some() {
             // The ring behind a coupler may have been changed, and what is written must not reach another module.
             self.directory = None;
@@ -246,13 +247,13 @@ impl Core {
     }
 
     /// Where the OUT word of an encoder stands.
-    async fn out_place(&mut self, position: usize, deadline: Deadline) -> Result<Place, BusError> {
+    async fn out_place(&mut self, position: usize, deadline: Deadline) -> Result<Place, ModbusError> {
         match self.address.layout {
-            Layout::Plain { out, .. } => plain(Place { table: Table::Holding, first: out }, position),
+            Layout::Plain { out, .. } => Ok(plain(Place { table: Table::Holding, first: out }, position)?),
             Layout::Inline { data } => {
                 let out = self.directory(deadline).await?.offsets(position)?.out;
                 let holding = Place { table: Table::Holding, ..data };
-                at_offset(holding, out).ok_or(BusError::NoEncoder { position, encoders: 0 })
+                Ok(at_offset(holding, out).ok_or(BusError::NoEncoder { position, encoders: 0 })?)
             }
         }
     }
@@ -263,7 +264,7 @@ impl Core {
         first: usize,
         count: usize,
         deadline: Deadline,
-    ) -> Result<Vec<(Place, usize)>, BusError> {
+    ) -> Result<Vec<(Place, usize)>, ModbusError> {
         let Some(last) = count.checked_sub(1) else { return Ok(Vec::new()) };
         let last = first.saturating_add(last);
         match self.address.layout {
@@ -293,19 +294,19 @@ impl Core {
     }
 
     /// What an Inline coupler says of its ring, asked once a connection and before every write.
-    async fn directory(&mut self, deadline: Deadline) -> Result<&Directory, BusError> {
+    async fn directory(&mut self, deadline: Deadline) -> Result<&Directory, ModbusError> {
         if self.directory.is_none() {
             let Layout::Inline { data: Place { table, .. } } = self.address.layout else {
-                return Err(BusError::NoEncoder { position: 0, encoders: 0 });
+                return Err(BusError::NoEncoder { position: 0, encoders: 0 }.into());
             };
             let registers = self.described(table, deadline).await?;
             self.directory = Some(Directory::parse(&registers, reading(table))?);
         }
-        self.directory.as_ref().ok_or(BusError::NoEncoder { position: 0, encoders: 0 })
+        Ok(self.directory.as_ref().ok_or(BusError::NoEncoder { position: 0, encoders: 0 })?)
     }
 
     /// The registers with which an Inline coupler describes its modules.
-    async fn described(&mut self, table: Table, deadline: Deadline) -> Result<Vec<u16>, BusError> {
+    async fn described(&mut self, table: Table, deadline: Deadline) -> Result<Vec<u16>, ModbusError> {
         // The first module with it: a single register is asked for by the marker of a serial line alone.
         let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
         let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
@@ -313,7 +314,12 @@ impl Core {
     }
 
     /// Reads any number of registers, a request for as many as one may have.
-    async fn read(&mut self, place: Place, count: usize, deadline: Deadline) -> Result<Vec<u16>, BusError> {
+    async fn read(
+        &mut self,
+        place: Place,
+        count: usize,
+        deadline: Deadline,
+    ) -> Result<Vec<u16>, ModbusError> {
         let wire = self.wire()?;
         let mut registers = Vec::with_capacity(count);
         while registers.len() < count {
@@ -324,12 +330,12 @@ impl Core {
         Ok(registers)
     }
 
-    fn wire(&mut self) -> Result<&mut Wire, BusError> {
-        self.wire.as_mut().ok_or(BusError::NoConnection(Cause::System(io::ErrorKind::NotConnected)))
+    fn wire(&mut self) -> Result<&mut Wire, ModbusError> {
+        self.wire.as_mut().ok_or(lost(io::ErrorKind::NotConnected))
     }
 
     /// Sees to it that there is a connection.
-    async fn connect(&mut self, deadline: Deadline) -> Result<(), BusError> {
+    async fn connect(&mut self, deadline: Deadline) -> Result<(), ModbusError> {
         if let Some(wire) = &self.wire {
             // Nothing was asked yet: a peer that has closed in the meantime costs a new connection and no error.
             match wire.clear().await {
@@ -341,7 +347,7 @@ impl Core {
             let patience = Duration(self.address.timeout.as_nanos() / 2);
             sleep(Span::from_nanos(pause.min(patience).as_nanos())).await;
             if let Some(next) = self.reconnect.pause(self.now()) {
-                return Err(BusError::NoConnection(Cause::Waiting { last: self.last, next }));
+                return Err(BusError::NoConnection(Cause::Waiting { last: self.last, next }).into());
             }
         }
         match self.open(deadline).await {
@@ -364,8 +370,7 @@ impl Core {
         }
     }
 
-    async fn open(&self, deadline: Deadline) -> Result<Wire, BusError> {
-        let lost = |kind| BusError::NoConnection(Cause::System(kind));
+    async fn open(&self, deadline: Deadline) -> Result<Wire, ModbusError> {
         match &self.address.way {
             Way::Tcp { host, port } => {
                 let connecting = TcpStream::connect((host.as_str(), *port));
@@ -398,16 +403,16 @@ impl Core {
     }
 
     /// Drops the connection if a result leaves open what may still be on its way.
-    fn checked<T>(&mut self, result: Result<T, BusError>) -> Result<T, BusError> {
+    fn checked<T>(&mut self, result: Result<T, ModbusError>) -> Result<T, ModbusError> {
         match &result {
-            Err(error) if !Wire::usable(error) => self.down(*error),
+            Err(error) if !Wire::usable(error) => self.down(error.clone()),
             _ if self.wire.as_ref().is_some_and(Wire::answered) => self.reconnect.worked(),
             _ => {}
         }
         result
     }
 
-    fn down(&mut self, cause: BusError) {
+    fn down(&mut self, cause: ModbusError) {
         let Some(wire) = self.wire.take() else { return };
         self.directory = None;
         if !wire.answered() {
@@ -417,13 +422,13 @@ impl Core {
         let now = self.now();
         let up_for = self.since.map_or(Duration::ZERO, |since| now.since(since));
         self.since = Some(now);
-        self.event(Link::Down { up_for, cause });
+        self.event(Link::Down { up_for, cause: cause.into() });
     }
 
-    fn failed(&mut self, cause: &BusError) -> Duration {
+    fn failed(&mut self, cause: &ModbusError) -> Duration {
         self.last = match cause {
-            BusError::NoConnection(Cause::System(kind)) => *kind,
-            BusError::NoAnswer { .. } => io::ErrorKind::TimedOut,
+            ModbusError::Bus(BusError::NoConnection(Cause::System(kind))) => *kind,
+            ModbusError::Bus(BusError::NoAnswer { .. }) => io::ErrorKind::TimedOut,
             _ => io::ErrorKind::InvalidData,
         };
         self.reconnect.failed(self.now())

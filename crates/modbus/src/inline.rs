@@ -12,10 +12,10 @@
 //! The server's [`Layout::Inline`](crate::registers::Layout) shows a ring in the same way.
 
 use encoring_bus::BusError;
-use encoring_bus::bus::Garbled;
 use encoring_ring::ident::LENGTHS;
 
 use crate::address::Place;
+use crate::error::{Garbled, ModbusError};
 use crate::registers::{REGISTERS_PER_ENCODER, Table};
 
 /// The register that says how many modules there are. Those after it describe them.
@@ -87,13 +87,13 @@ impl Directory {
     ///
     /// # Errors
     /// [`Garbled::LengthCode`] if one has a reserved length: nothing behind it could be found.
-    pub fn parse(registers: &[u16], function: u8) -> Result<Self, BusError> {
+    pub fn parse(registers: &[u16], function: u8) -> Result<Self, ModbusError> {
         let module = |(register, described): (u16, &u16)| {
             let [code, ident] = described.to_be_bytes();
-            let garbled = BusError::Garbled { function, register, got: Garbled::LengthCode { code } };
-            Ok(Module { ident, words: words(code).ok_or(garbled)? })
+            let garbled = ModbusError::Garbled { function, register, got: Garbled::LengthCode { code } };
+            words(code).map(|words| Module { ident, words }).ok_or(garbled)
         };
-        let modules = (MODULES + 1..).zip(registers).map(module).collect::<Result<_, _>>()?;
+        let modules = (MODULES + 1..).zip(registers).map(module).collect::<Result<_, ModbusError>>()?;
         Ok(Self { modules })
     }
 

@@ -11,6 +11,7 @@
 pub mod address;
 pub mod client;
 pub mod counters;
+pub mod error;
 mod frame;
 pub mod inline;
 pub mod pdu;
@@ -24,6 +25,7 @@ pub mod server;
 pub use address::{Address, AddressError};
 pub use client::Client;
 pub use counters::{Counters, Snapshot};
+pub use error::{Garbled, ModbusError};
 pub use reconnect::Reconnect;
 pub use registers::{Layout, UnknownLayout, UnknownWordOrder, WordOrder};
 pub use server::{Options, serve};

@@ -13,6 +13,7 @@ use encoring_words::Duration;
 
 use crate::address::{Address, Layout, Place};
 use crate::client::{Client, reading as function};
+use crate::error::ModbusError;
 use crate::inline::{DATA, Directory, MODULES, MODULES_MAX};
 use crate::pdu::READ_MAX;
 use crate::registers::{REGISTERS_PER_ENCODER, Table, WordOrder};
@@ -162,11 +163,11 @@ pub enum Evidence {
 }
 
 /// Why a probe came to no end.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{} after {requests} requests, reading {count} registers from {place}", .error)]
 pub struct ProbeError {
     /// What happened.
-    pub error: BusError,
+    pub error: ModbusError,
     /// Where.
     pub place: Place,
     /// How many registers were asked for.
@@ -194,12 +195,12 @@ pub fn probe(
 
 /// What a probe needs of a gateway.
 trait Source {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, BusError>;
+    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError>;
     fn pause(&mut self, span: Duration);
 }
 
 impl Source for Client {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, BusError> {
+    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
         Self::registers(self, place, count)
     }
 
@@ -305,7 +306,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     fn knows(&mut self, table: Table) -> Result<bool, Halt> {
         let place = Place { table, first: 0 };
         match self.ask(place, 1)? {
-            Err(BusError::Refused { exception: 1, .. }) => Ok(false),
+            Err(ModbusError::Refused { exception: 1, .. }) => Ok(false),
             _ => Ok(true),
         }
     }
@@ -376,12 +377,12 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
         match self.ask(place, count)? {
             Ok(values) => Ok(Some(values)),
             // Some say 03 or 04 instead of 02; 01 is for the whole table.
-            Err(BusError::Refused { exception: 1..=4, .. }) => Ok(None),
+            Err(ModbusError::Refused { exception: 1..=4, .. }) => Ok(None),
             Err(error) => Err(Halt::Error(ProbeError { error, place, count, requests: self.requests })),
         }
     }
 
-    fn ask(&mut self, place: Place, count: u16) -> Result<Result<Vec<u16>, BusError>, Halt> {
+    fn ask(&mut self, place: Place, count: u16) -> Result<Result<Vec<u16>, ModbusError>, Halt> {
         if self.requests >= self.limits.requests {
             return Err(Halt::End(End::Limit));
         }
@@ -391,7 +392,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
         }
         self.requests += 1;
         let answer = self.source.registers(place, count);
-        if matches!(answer, Err(BusError::NoAnswer { .. } | BusError::Garbled { .. })) {
+        if matches!(answer, Err(ModbusError::Bus(BusError::NoAnswer { .. }) | ModbusError::Garbled { .. })) {
             // Lines lose an answer now and then; one that is lost twice is not there.
             self.requests += 1;
             return Ok(self.source.registers(place, count));

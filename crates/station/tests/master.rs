@@ -98,7 +98,7 @@ fn mend(bus: &Simulated, position: usize) {
 }
 
 /// Whether the report says what is so.
-fn told<E: Copy + std::fmt::Debug>(
+fn told<E: std::fmt::Debug>(
     bus: &Simulated,
     position: usize,
     before: &ParameterSet,
@@ -209,7 +209,7 @@ fn more_steps_than_the_rating_plate_has_are_refused_by_the_encoder_and_taken_bac
     program.set(Parameter::Numerator, 2048).unwrap();
     let report = program.run(&mut master(&mut bus, 2));
     let refused = Check { status: ErrorStatus::LENGTH_TOO_LARGE, remains: true };
-    assert_eq!((report.result, report.back), (Err(Stopped::NotAccepted(refused)), Back::Restored));
+    assert_eq!((&report.result, report.back), (&Err(Stopped::NotAccepted(refused)), Back::Restored));
     told(&bus, 2, &before, &report).unwrap();
 }
 

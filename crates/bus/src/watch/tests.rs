@@ -49,7 +49,7 @@ impl Bus for Script {
 
     fn out(&mut self, _position: usize) -> Result<OutWord, BusError> {
         self.asked_out += 1;
-        self.out
+        self.out.clone()
     }
 
     fn cycle(
@@ -85,7 +85,7 @@ fn verdicts(judge: Judge, words: impl IntoIterator<Item = Result<u32, BusError>>
     let polls = script.words.len();
     let subjects = vec![Subject { position: 0, judge }];
     let mut watch = Watch::new(&mut script, subjects, EVERY, mark());
-    (0..polls).map(|_| watch.poll().unwrap().sights[0].verdict).collect()
+    (0..polls).map(|_| watch.poll().unwrap().sights[0].verdict.clone()).collect()
 }
 
 fn blind(model: Model) -> Judge {
@@ -117,14 +117,14 @@ fn it_never_writes_and_reads_neighbours_together() {
 
 #[test]
 fn a_gateway_that_does_not_tell_the_out_words_is_asked_once() {
-    let refused = BusError::Refused { function: 3, register: 0, exception: 1 };
+    let refused = BusError::client(Answered::Refused, std::fmt::Error);
     for (error, asked) in [(refused, 1), (BusError::NoAnswer { within: STALE }, 3)] {
         let mut script = Script { out: Err(error), ..Script::new([]) };
         let at = [0, 1].map(|position| Subject { position, judge: blind(Model::La66) });
         let mut watch = Watch::new(&mut script, at.to_vec(), EVERY, mark());
         for _ in 0..3 {
-            let sight = watch.poll().unwrap().sights[0];
-            assert_eq!((sight.out, sight.phase(), sight.verdict), (None, None, Verdict::Unchecked(0)));
+            let sight = &watch.poll().unwrap().sights[0];
+            assert_eq!((sight.out, sight.phase(), &sight.verdict), (None, None, &Verdict::Unchecked(0)));
         }
         assert_eq!(script.asked_out, asked);
     }
@@ -133,15 +133,15 @@ fn a_gateway_that_does_not_tell_the_out_words_is_asked_once() {
 #[test]
 fn a_failed_poll_is_told_and_the_next_is_made_all_the_same() {
     let event = LinkEvent { at: Instant(7), what: Link::Up { down_for: Duration::ZERO } };
-    let mut script = Script { events: vec![event], ..Script::new([Ok(5), Err(LOST), Ok(6)]) };
+    let mut script = Script { events: vec![event.clone()], ..Script::new([Ok(5), Err(LOST), Ok(6)]) };
     let at = vec![Subject { position: 0, judge: ten_turns() }];
     let mut watch = Watch::new(&mut script, at, EVERY, mark());
     assert!(!watch.is_unanswered());
     assert_eq!(watch.poll().unwrap().link, [event]);
     let poll = watch.poll().unwrap();
-    let sight = poll.sights[0];
+    let sight = &poll.sights[0];
     assert_eq!((sight.input, sight.out, sight.age), (None, None, None));
-    assert_eq!((sight.verdict, poll.link.len()), (Verdict::NoAnswer(LOST), 0));
+    assert_eq!((&sight.verdict, poll.link.len()), (&Verdict::NoAnswer(LOST), 0));
     assert_eq!(watch.poll().unwrap().sights[0].verdict, Verdict::Valid(6));
 }
 
@@ -199,7 +199,7 @@ fn the_phases_are_those_of_bit_31_in_both_words() {
 #[test]
 fn with_all_parameters_everything_is_judged() {
     let words = [0, 9_999, 10_000, 0x0100_0000, 0x2000_0000, 0x8200_270F, 1].map(Ok);
-    let found: Vec<_> = verdicts(ten_turns(), words).into_iter().map(Verdict::word).collect();
+    let found: Vec<_> = verdicts(ten_turns(), words).iter().map(Verdict::word).collect();
     let range = "implausible_range";
     assert_eq!(found, ["valid", "valid", range, "implausible_bits", "faulty", "in_service", "valid"]);
     // 500 ms at 6000 rpm are 50 turns, so only something faster than the whole range is impossible: poll faster.
@@ -208,7 +208,7 @@ fn with_all_parameters_everything_is_judged() {
     let at = vec![Subject { position: 0, judge: ten_turns() }];
     let mut watch = Watch::new(&mut script, at, plan, mark());
     watch.poll();
-    let sight = watch.poll().unwrap().sights[0];
+    let sight = &watch.poll().unwrap().sights[0];
     assert!(matches!(sight.verdict, Verdict::Implausible(Why::Speed { .. })), "{sight:?}");
     assert!(matches!(sight.stop, Some(Stop::Implausible(Why::Speed { .. }))));
 }
@@ -220,7 +220,7 @@ fn without_parameters_nothing_is_called_valid_or_wrongly_implausible() {
         let found = verdicts(blind(model), words);
         assert_eq!(found, [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Verdict::Unchecked), "{model}");
         let found = verdicts(blind(model), [0x4000_0000, 0x2000_0001, 0x8800_0000].map(Ok));
-        let found: Vec<_> = found.into_iter().map(Verdict::word).collect();
+        let found: Vec<_> = found.iter().map(Verdict::word).collect();
         assert_eq!(found, ["implausible_bits", "faulty", "in_service"], "{model}");
     }
     assert_eq!(blind(Model::Ce65M).blind(), [Blind::Code, Blind::Range, Blind::Motion]);

@@ -101,7 +101,7 @@ impl ProgramView {
     pub(super) fn done(
         target: Target,
         report: &Report<MasterError>,
-        behind: Option<BusError>,
+        behind: Option<&BusError>,
         backup: Option<String>,
     ) -> Self {
         let model = target.model;
@@ -110,7 +110,7 @@ impl ProgramView {
         view.before = shown(report.shown_before, code(&rows, |row| row.before, model));
         view.after = shown(report.shown_after, code(&rows, |row| row.now, model));
         view.backup = backup;
-        if let Err(stopped) = report.result {
+        if let Err(stopped) = &report.result {
             view.stopped(stopped, model, behind);
         }
         let (result, text) = match report.back {
@@ -132,10 +132,10 @@ impl ProgramView {
         view
     }
 
-    fn stopped(&mut self, stopped: Stopped<MasterError>, model: Model, behind: Option<BusError>) {
+    fn stopped(&mut self, stopped: &Stopped<MasterError>, model: Model, behind: Option<&BusError>) {
         self.answer = Answer::No;
-        match stopped {
-            Stopped::Service(failed) => {
+        match *stopped {
+            Stopped::Service(ref failed) => {
                 let failure = FailureView::new(failed, model, behind);
                 self.answer = failure.answer();
                 self.failure = Some(failure);

@@ -185,7 +185,7 @@ impl Screen {
             let place = Rect { y, height: wanted.min(room), ..area };
             whole += usize::from(wanted <= room);
             y += place.height;
-            let style = mood(shown.seen.sight.verdict);
+            let style = mood(&shown.seen.sight.verdict);
             let seen = &shown.seen;
             let title =
                 format!(" position {}  device {}  {} ", seen.position, seen.device_number, seen.model);
@@ -214,7 +214,7 @@ impl Screen {
             let verdict = format!("{:<20}", seen.verdict);
             let used = left.len() + verdict.len() + right.len() + 2;
             let mut line =
-                vec![Span::raw(left), Span::styled(verdict, mood(seen.sight.verdict)), Span::raw(right)];
+                vec![Span::raw(left), Span::styled(verdict, mood(&seen.sight.verdict)), Span::raw(right)];
             let room = usize::from(area.width).saturating_sub(used);
             if room >= 8 && seen.text.is_empty() {
                 line.push(Span::raw(format!("  {}", bar(seen, room))));
@@ -246,7 +246,7 @@ enum Size {
     Big,
 }
 
-const fn mood(verdict: Verdict) -> Style {
+const fn mood(verdict: &Verdict) -> Style {
     let color = match verdict {
         Verdict::Valid(_) => Color::Green,
         Verdict::Unchecked(_) => Color::Cyan,
@@ -283,7 +283,7 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     state.extend(lamps(seen.lamps));
     state.push(Span::raw(format!("  {age}")));
     lines.push(Line::from(state));
-    let style = mood(seen.sight.verdict);
+    let style = mood(&seen.sight.verdict);
     for text in &seen.text {
         lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
@@ -301,7 +301,7 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
 
 fn position(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     let seen = &shown.seen;
-    let style = mood(seen.sight.verdict).bold();
+    let style = mood(&seen.sight.verdict).bold();
     let number = seen.value.map_or_else(|| "-".to_owned(), |value| value.to_string());
     let beside = |room: usize| match (seen.value, shown.last, seen.measuring_length) {
         (Some(_), _, Some(length)) => {

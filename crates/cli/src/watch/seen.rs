@@ -62,7 +62,7 @@ impl Seen {
             cannot_judge: judge.blind().iter().map(|blind| blind.name()).collect(),
             text: text(sight, status.as_ref()),
             status,
-            sight: *sight,
+            sight: sight.clone(),
             blind: judge.blind().to_vec(),
         }
     }
@@ -74,9 +74,9 @@ impl Seen {
 }
 
 fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
-    match sight.verdict {
+    match &sight.verdict {
         Verdict::Valid(_) | Verdict::Unchecked(_) => Vec::new(),
-        Verdict::Stale { age } => vec![format!("the word may be {} old: the ring stands still", span(age))],
+        Verdict::Stale { age } => vec![format!("the word may be {} old: the ring stands still", span(*age))],
         Verdict::Faulty(_) => {
             let mut text = vec!["an error is pending: make the machine safe first".to_owned()];
             match status {

@@ -138,7 +138,8 @@ fn a_link_that_is_down_leaves_the_last_position_as_history() {
         let before = before.iter().map(|seen| real(&seen.sight, &known())).collect();
         let mut screen = screen(GATEWAY, before, vec![link("link_up", "connected")]);
         let stale = Verdict::Stale { age: Duration::from_millis(1_250) };
-        let seen = vec![real(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Verdict::NoAnswer(cause))];
+        let seen =
+            vec![real(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Verdict::NoAnswer(cause.clone()))];
         let failed = || link("link_failed", "no connection: connection refused; next attempt in 200 ms");
         let down = link("link_down", "connection lost after 1.4 s: no answer within 1 s");
         screen.take(Update { polls: 43, seen, news: vec![down, failed(), failed()] });

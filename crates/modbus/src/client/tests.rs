@@ -156,9 +156,9 @@ fn an_encoder_that_is_not_there_is_refused_and_the_connection_kept() {
     let server = Server::start(2, Options::default());
     let mut client = server.client("");
     let error = read(&mut client, 2, 1).unwrap_err();
-    assert_eq!(error, BusError::Refused { function: 4, register: 4, exception: 2 });
+    assert_eq!(error, ModbusError::Refused { function: 4, register: 4, exception: 2 }.into());
     let error = client.cycle(Some((2, OutWord(1))), 0, &mut [InWord(0)]).unwrap_err();
-    assert_eq!(error, BusError::Refused { function: 16, register: 4, exception: 2 });
+    assert_eq!(error, ModbusError::Refused { function: 16, register: 4, exception: 2 }.into());
     assert_eq!(read(&mut client, 1, 1).unwrap(), [0x8002_8003]);
     assert_eq!(drained(&mut client), [Link::Up { down_for: Duration::ZERO }]);
     let error = read(&mut client, usize::MAX, 2).unwrap_err();

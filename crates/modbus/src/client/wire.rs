@@ -10,10 +10,10 @@
 //!   that no other can be confused with goes first: see [`Wire::rtu`].
 
 use std::borrow::Cow;
+use std::io;
 use std::time::Duration as Span;
 
-use encoring_bus::BusError;
-use encoring_bus::bus::{Cause, Garbled};
+use encoring_bus::{BusError, Cause};
 use encoring_words::Duration;
 use tokio::time::{Instant, sleep, timeout_at};
 use tokio_modbus::client::{Client as _, Context, rtu, tcp};
@@ -21,6 +21,7 @@ use tokio_modbus::{Request, Response, Slave};
 
 use super::line::{Line, Stream};
 use crate::address::Place;
+use crate::error::{Garbled, ModbusError};
 use crate::registers::Table;
 
 const READ_HOLDING: u8 = 3;
@@ -55,9 +56,14 @@ struct Asked {
 }
 
 impl Asked {
-    const fn garbled(self, got: Garbled) -> BusError {
-        BusError::Garbled { function: self.function, register: self.register, got }
+    const fn garbled(self, got: Garbled) -> ModbusError {
+        ModbusError::Garbled { function: self.function, register: self.register, got }
     }
+}
+
+/// What became of the connection, as the operating system says.
+pub(super) const fn lost(kind: io::ErrorKind) -> ModbusError {
+    ModbusError::Bus(BusError::NoConnection(Cause::System(kind)))
 }
 
 /// The function that reads a table.
@@ -87,13 +93,13 @@ impl Wire {
         silence: Span,
         marker: Place,
         deadline: Deadline,
-    ) -> Result<Self, BusError> {
+    ) -> Result<Self, ModbusError> {
         let line = Line::new(stream);
         let context = rtu::attach_slave(line.clone(), Slave(unit));
         let mut wire = Self { context, line, silence: Some(silence), answered: false };
         match wire.read(marker, 1, deadline).await {
             // A unit that does not like the question has answered it all the same.
-            Ok(_) | Err(BusError::Refused { .. }) => Ok(wire),
+            Ok(_) | Err(ModbusError::Refused { .. }) => Ok(wire),
             Err(error) => Err(error),
         }
     }
@@ -104,17 +110,18 @@ impl Wire {
     }
 
     /// `false` if a wire that met this error must be dropped, lest a late answer be taken for the next.
-    pub(super) const fn usable(after: &BusError) -> bool {
+    pub(super) const fn usable(after: &ModbusError) -> bool {
         match after {
             // A whole answer came, or there was nothing to ask.
-            BusError::Refused { .. } | BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. } => true,
-            BusError::NoConnection(_) | BusError::NoAnswer { .. } | BusError::Garbled { .. } => false,
+            ModbusError::Refused { .. }
+            | ModbusError::Bus(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => true,
+            ModbusError::Bus(_) | ModbusError::Garbled { .. } => false,
         }
     }
 
     /// Throws away what came without being asked for; an error if nothing can come any more.
-    pub(super) async fn clear(&self) -> Result<(), BusError> {
-        self.line.clear().await.map_err(|kind| BusError::NoConnection(Cause::System(kind)))
+    pub(super) async fn clear(&self) -> Result<(), ModbusError> {
+        self.line.clear().await.map_err(lost)
     }
 
     /// Reads registers.
@@ -123,7 +130,7 @@ impl Wire {
         place: Place,
         count: u16,
         deadline: Deadline,
-    ) -> Result<Vec<u16>, BusError> {
+    ) -> Result<Vec<u16>, ModbusError> {
         let asked = Asked { function: reading(place.table), register: place.first };
         let request = match place.table {
             Table::Holding => Request::ReadHoldingRegisters(place.first, count),
@@ -149,7 +156,7 @@ impl Wire {
         first: u16,
         values: &[u16],
         deadline: Deadline,
-    ) -> Result<(), BusError> {
+    ) -> Result<(), ModbusError> {
         let asked = Asked { function: WRITE_SEVERAL, register: first };
         let request = Request::WriteMultipleRegisters(first, Cow::Borrowed(values));
         match self.ask(request, asked, deadline).await? {
@@ -168,7 +175,7 @@ impl Wire {
         request: Request<'_>,
         asked: Asked,
         deadline: Deadline,
-    ) -> Result<Response, BusError> {
+    ) -> Result<Response, ModbusError> {
         let exchange = async {
             if let Some(silence) = self.silence {
                 sleep(silence).await;
@@ -185,15 +192,15 @@ impl Wire {
             Ok(Ok(Ok(Err(exception)))) => {
                 self.answered = true;
                 let Asked { function, register } = asked;
-                Err(BusError::Refused { function, register, exception: exception.into() })
+                Err(ModbusError::Refused { function, register, exception: exception.into() })
             }
             Ok(Ok(Err(_))) => Err(match self.line.lost() {
-                Some(kind) => BusError::NoConnection(Cause::System(kind)),
+                Some(kind) => lost(kind),
                 None => asked.garbled(Garbled::Foreign),
             }),
             Ok(Err(lost)) => Err(lost),
             Err(_) => Err(match self.line.received() {
-                0 => BusError::NoAnswer { within: deadline.within },
+                0 => BusError::NoAnswer { within: deadline.within }.into(),
                 bytes => asked.garbled(Garbled::Unfinished { bytes }),
             }),
         }

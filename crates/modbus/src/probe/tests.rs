@@ -23,13 +23,13 @@ enum Cell {
 }
 
 impl Source for Gateway {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, BusError> {
+    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
         self.time += 1;
         let refused = |exception| {
-            Err(BusError::Refused { function: function(place.table), register: place.first, exception })
+            Err(ModbusError::Refused { function: function(place.table), register: place.first, exception })
         };
         if self.time > self.silent_from || self.time.is_multiple_of(self.lost) {
-            return Err(BusError::NoAnswer { within: Duration::from_secs(1) });
+            return Err(BusError::NoAnswer { within: Duration::from_secs(1) }.into());
         }
         if self.no_table == Some(place.table) {
             return refused(1);
@@ -303,7 +303,7 @@ fn a_time_out_ends_the_search_and_is_told() {
     gateway.silent_from = 12;
     let address = Address::tcp("gateway", 502);
     let error = search(&mut gateway, &address, Limits::default(), |_| ControlFlow::Continue(())).unwrap_err();
-    assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) });
+    assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) }.into());
     assert_eq!(
         error.to_string(),
         "no answer within 1 s after 14 requests, reading 1 registers from input:300"
@@ -348,5 +348,5 @@ fn other_exceptions_for_registers_that_are_not_there_are_understood() {
     gateway.missing = 0x0B;
     let address = Address::tcp("gateway", 502);
     let error = search(&mut gateway, &address, Limits::default(), |_| ControlFlow::Continue(())).unwrap_err();
-    assert!(matches!(error.error, BusError::Refused { exception: 0x0B, .. }));
+    assert!(matches!(error.error, ModbusError::Refused { exception: 0x0B, .. }));
 }

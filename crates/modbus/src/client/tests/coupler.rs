@@ -125,8 +125,8 @@ fn a_module_that_is_no_encoder_is_neither_read_nor_written() {
 fn a_directory_that_cannot_be_true_is_an_error() {
     let coupler = Coupler::start(&[0x2A01, 0x0233]);
     let error = read(&mut coupler.client(), 1, 1).unwrap_err();
-    let got = encoring_bus::bus::Garbled::LengthCode { code: 0x2A };
-    assert_eq!(error, BusError::Garbled { function: 3, register: 1401, got });
+    let got = crate::error::Garbled::LengthCode { code: 0x2A };
+    assert_eq!(error, ModbusError::Garbled { function: 3, register: 1401, got }.into());
     coupler.set(1400, &[0, 0]);
     let error = read(&mut coupler.client(), 0, 1).unwrap_err();
     assert_eq!(error, BusError::NoEncoder { position: 0, encoders: 0 });

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use encoring_bus::bus::Garbled;
+use crate::error::Garbled;
 
 /// What a gateway does with a good answer, which is a whole frame.
 type Spoil = fn(&[u8]) -> Vec<u8>;
@@ -97,8 +97,8 @@ fn fix(frame: &mut [u8]) {
     frame[5] = frame.len() as u8 - 6;
 }
 
-const fn garbled(got: Garbled) -> BusError {
-    BusError::Garbled { function: 4, register: 0, got }
+fn garbled(got: Garbled) -> BusError {
+    ModbusError::Garbled { function: 4, register: 0, got }.into()
 }
 
 const SILENCE: BusError = BusError::NoAnswer { within: Duration::from_millis(800) };
@@ -156,7 +156,7 @@ fn each_misbehaviour_gives_its_error_and_the_next_call_its_own_answer() {
         (
             "an exception",
             Act::Spoiled(|good| exception(good, 0x84)),
-            Some(BusError::Refused { function: 4, register: 0, exception: 0x0B }),
+            Some(ModbusError::Refused { function: 4, register: 0, exception: 0x0B }.into()),
         ),
         (
             "another function's exception",
@@ -185,9 +185,9 @@ fn each_misbehaviour_gives_its_error_and_the_next_call_its_own_answer() {
             for _ in 0..before {
                 read(&mut client, 0, 1).unwrap();
             }
-            match (read(&mut client, 0, 1), expected) {
+            match (read(&mut client, 0, 1), &expected) {
                 (Ok(words), None) => assert_eq!(words, [gateway.requests()], "{name}"),
-                (result, expected) => assert_eq!(result.err(), expected, "{name}"),
+                (result, expected) => assert_eq!(&result.err(), expected, "{name}"),
             }
             for _ in 0..3 {
                 let words = read(&mut client, 0, 1).unwrap_or_else(|error| panic!("after {name}: {error}"));
@@ -244,7 +244,11 @@ fn a_write_is_acknowledged_as_it_was_sent_or_it_is_an_error() {
         let mut client = gateway.client();
         let write = Some((3, OutWord(1)));
         let error = client.cycle(write, 0, &mut [InWord(0)]).unwrap_err();
-        assert_eq!(error, BusError::Garbled { function: 16, register: 6, got: Garbled::Foreign }, "{name}");
+        assert_eq!(
+            error,
+            ModbusError::Garbled { function: 16, register: 6, got: Garbled::Foreign }.into(),
+            "{name}"
+        );
         let mut input = [InWord(0)];
         client.cycle(write, 0, &mut input).unwrap();
         assert_eq!(input, [InWord(gateway.requests())], "{name}");

@@ -4,7 +4,7 @@ use super::*;
 
 use std::collections::VecDeque;
 
-use encoring_bus::bus::Garbled;
+use crate::error::Garbled;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio_serial::{SerialPort, SerialStream};
 
@@ -108,7 +108,7 @@ fn words_come_and_go_over_a_serial_line() {
 
 #[test]
 fn each_misbehaviour_of_a_unit_gives_its_error_and_the_next_call_its_own_answer() {
-    let garbled = |got| BusError::Garbled { function: 4, register: 0, got };
+    let garbled = |got| BusError::from(ModbusError::Garbled { function: 4, register: 0, got });
     let cases: [(&str, Act, Option<BusError>); 8] = [
         ("silence", Act::Spoiled(|_| Vec::new()), Some(SILENCE)),
         ("late", Act::Late, Some(SILENCE)),
@@ -164,7 +164,9 @@ fn a_late_acknowledgement_is_not_taken_for_the_next_writes() {
     let mut write = || client.cycle(Some((0, OutWord(1))), 0, &mut []);
     assert_eq!(write().err(), Some(SILENCE));
     let error = write().unwrap_err();
-    assert!(matches!(error, BusError::Garbled { function: 4, .. }), "{error}");
+    let BusError::Client(client) = error else { panic!("{error}") };
+    let error = client.error().downcast_ref().unwrap();
+    assert!(matches!(error, ModbusError::Garbled { function: 4, .. }), "{error}");
     write().unwrap();
     // Marker and write, marker, marker and write.
     assert_eq!(unit.requests(), 5);

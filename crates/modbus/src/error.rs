@@ -1,0 +1,93 @@
+//! What a client of Modbus meets that no other bus knows.
+
+use std::fmt;
+
+use encoring_bus::{Answered, BusError};
+
+/// Why a request to a gateway brought no registers.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ModbusError {
+    /// What any bus can meet.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// The gateway refused the request.
+    #[error("the gateway refused function {function} at register {register}: exception {exception:02X}h, {}", meaning(*.exception))]
+    Refused {
+        /// Modbus function.
+        function: u8,
+        /// First register of the request.
+        register: u16,
+        /// Modbus exception code.
+        exception: u8,
+    },
+    /// The gateway's answer is not one to the request.
+    #[error("the answer to function {function} at register {register} is no answer: {got}")]
+    Garbled {
+        /// Modbus function.
+        function: u8,
+        /// First register of the request.
+        register: u16,
+        /// What is wrong with it.
+        got: Garbled,
+    },
+}
+
+/// What is wrong with an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Garbled {
+    /// It has another number of registers.
+    Registers {
+        /// As many as it has.
+        got: usize,
+        /// As many as were asked for.
+        wanted: usize,
+    },
+    /// It belongs to another function, unit or transaction, or is no frame at all.
+    Foreign,
+    /// It was no whole frame when the time was over.
+    Unfinished {
+        /// As many bytes as had come.
+        bytes: usize,
+    },
+    /// It names a length of process data that is not defined.
+    LengthCode {
+        /// The code.
+        code: u8,
+    },
+}
+
+impl From<ModbusError> for BusError {
+    fn from(error: ModbusError) -> Self {
+        match error {
+            ModbusError::Bus(error) => error,
+            ModbusError::Refused { .. } => Self::client(Answered::Refused, error),
+            ModbusError::Garbled { .. } => Self::client(Answered::Garbled, error),
+        }
+    }
+}
+
+const fn meaning(exception: u8) -> &'static str {
+    match exception {
+        0x01 => "it does not know the function",
+        0x02 => "there is no such register",
+        0x03 => "the quantity or value is not allowed",
+        0x04 => "it failed",
+        0x05 => "it needs more time",
+        0x06 => "it is busy",
+        0x08 => "its memory is damaged",
+        0x0A => "it has no way to the unit",
+        0x0B => "the unit behind it does not answer",
+        _ => "a code that Modbus does not define",
+    }
+}
+
+impl fmt::Display for Garbled {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Registers { got, wanted } => write!(f, "{got} registers instead of {wanted}"),
+            Self::Foreign => f.write_str("it does not belong to the request"),
+            Self::Unfinished { bytes } => write!(f, "{bytes} bytes and no whole frame among them"),
+            Self::LengthCode { code } => write!(f, "length code {code:02X}h is not defined"),
+        }
+    }
+}
