@@ -8,7 +8,7 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::{Duration as Real, Instant as Clock};
 
-use encoring_bus::{Bus, Master};
+use encoring_bus::{Bus, EncoderMaster};
 use encoring_host::service::read;
 use encoring_modbus::{Address, Client, Counters};
 use encoring_sim::{Scenario, World};
@@ -26,7 +26,7 @@ fn world() -> World {
 
 /// Reads the numerator of the encoder at position 1 again and again.
 fn services<B: Bus>(bus: &mut B, more: impl Fn(u32) -> bool) -> (u32, Real) {
-    let mut master = Master::new(bus, 1, PATIENCE, Arc::new(AtomicBool::new(false))).unwrap();
+    let mut master = EncoderMaster::new(bus, 1, PATIENCE, Arc::new(AtomicBool::new(false))).unwrap();
     let started = Clock::now();
     let mut done = 0;
     while more(done) {

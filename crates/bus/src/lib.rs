@@ -1,4 +1,4 @@
-//! A ring as its master sees it, whatever stands between: the [`Bus`], the [`Master`] of one encoder on it, the
+//! A ring as its master sees it, whatever stands between: the [`Bus`], the [`EncoderMaster`] of one encoder on it, the
 //! [`Watch`] that looks at encoders and the [`Judge`] of what they show, and the process image that a ring and its
 //! gateways share.
 //!
@@ -13,5 +13,5 @@ pub mod watch;
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
 pub use image::SharedImage;
 pub use judge::{Blind, Insight, Judge, Verdict};
-pub use master::{Master, MasterError};
+pub use master::{EncoderMaster, MasterError};
 pub use watch::Watch;

@@ -66,7 +66,7 @@ pub struct Look {
 }
 
 /// Carries services out on one encoder of a bus. It reads before it writes, and writes only what it has to.
-pub struct Master<'a, B: ?Sized> {
+pub struct EncoderMaster<'a, B: ?Sized> {
     bus: &'a mut B,
     position: usize,
     session: Session,
@@ -82,7 +82,7 @@ pub struct Master<'a, B: ?Sized> {
     observe: Option<Observe<'a>>,
 }
 
-impl<'a, B: Bus + ?Sized> Master<'a, B> {
+impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     /// A master for the encoder at `position`. It gives up as soon as `stop` is set, and takes the mark back.
     ///
     /// # Errors
@@ -221,7 +221,7 @@ impl<'a, B: Bus + ?Sized> Master<'a, B> {
     }
 }
 
-impl<B: Bus + ?Sized> Services for Master<'_, B> {
+impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
     type Error = MasterError;
 
     fn serve(&mut self, request: Request) -> Result<Outcome, MasterError> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use encoring_bus::{Bus, BusError, Master};
+use encoring_bus::{Bus, BusError, EncoderMaster};
 use encoring_encoder::Unit;
 use encoring_files::Lock;
 use encoring_modbus::{Address, Client};
@@ -172,11 +172,11 @@ impl Opened {
         &mut self,
         target: Target,
         patience: Duration,
-        work: impl FnOnce(&mut Master<'_, AnyBus>) -> Result<T, Failed>,
+        work: impl FnOnce(&mut EncoderMaster<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
         let stop = self.stop();
         let failure = |failed: &Failed, behind| FailureView::new(failed, target.model, behind).into_failure();
-        let mut master = Master::new(&mut *self.bus, target.position, patience, stop)
+        let mut master = EncoderMaster::new(&mut *self.bus, target.position, patience, stop)
             .map_err(|error| failure(&Failed::Bus(error), None))?;
         let worked = work(&mut master);
         if master.may_have_left_the_service_bit() {

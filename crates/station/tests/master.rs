@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use encoring_bus::{Bus, Master, MasterError};
+use encoring_bus::{Bus, EncoderMaster, MasterError};
 use encoring_encoder::records::{Record, write_count};
 use encoring_host::Services;
 use encoring_host::preset::{Preset, PresetReport};
@@ -45,8 +45,8 @@ fn three(more: &str) -> String {
     format!("version = 1\n{}{more}", devices.concat())
 }
 
-fn master(bus: &mut Simulated, position: usize) -> Master<'_, Simulated> {
-    Master::new(bus, position, PATIENCE, Arc::new(AtomicBool::new(false))).unwrap()
+fn master(bus: &mut Simulated, position: usize) -> EncoderMaster<'_, Simulated> {
+    EncoderMaster::new(bus, position, PATIENCE, Arc::new(AtomicBool::new(false))).unwrap()
 }
 
 const MODELS: [Model; 3] = [Model::La66, Model::Ce100M, Model::Ce65M];
@@ -377,7 +377,7 @@ fn interrupted_at_every_poll_the_old_values_are_back() {
         let before = factory(&bus, 2);
         let stop = Arc::new(AtomicBool::new(false));
         let mut polls = 0;
-        let mut master = Master::new(&mut bus, 2, PATIENCE, Arc::clone(&stop)).unwrap();
+        let mut master = EncoderMaster::new(&mut bus, 2, PATIENCE, Arc::clone(&stop)).unwrap();
         master.observe(|_| {
             if polls == at {
                 stop.store(true, Ordering::Relaxed);
@@ -399,12 +399,12 @@ fn another_masters_service_bit_keeps_this_one_away() {
     let mut bus = bus(&three(""));
     bus.cycle(Some((1, OutWord(0x8200_0000))), 1, &mut [InWord(0)]).unwrap();
     let stop = Arc::new(AtomicBool::new(false));
-    let refused = Master::new(&mut bus, 1, PATIENCE, Arc::clone(&stop)).map(|_| ());
+    let refused = EncoderMaster::new(&mut bus, 1, PATIENCE, Arc::clone(&stop)).map(|_| ());
     assert_eq!(refused, Err(MasterError::OtherMaster { out: OutWord(0x8200_0000) }));
     bus.cycle(Some((1, OutWord(0))), 1, &mut [InWord(0)]).unwrap();
     bus.wait(Duration::from_millis(10));
 
-    let mut master = Master::new(&mut bus, 1, PATIENCE, stop).unwrap();
+    let mut master = EncoderMaster::new(&mut bus, 1, PATIENCE, stop).unwrap();
     read(&mut master, Model::Ce100M, Parameter::Numerator).unwrap();
     master.bus().cycle(Some((1, OutWord(0xC600_0001))), 1, &mut [InWord(0)]).unwrap();
     let refused = read(&mut master, Model::Ce100M, Parameter::Numerator);
@@ -415,7 +415,7 @@ fn another_masters_service_bit_keeps_this_one_away() {
 #[test]
 fn an_encoder_past_the_end_of_the_ring_is_named() {
     let mut bus = bus(&three(""));
-    let refused = Master::new(&mut bus, 3, PATIENCE, Arc::new(AtomicBool::new(false))).map(|_| ());
+    let refused = EncoderMaster::new(&mut bus, 3, PATIENCE, Arc::new(AtomicBool::new(false))).map(|_| ());
     assert_eq!(refused.unwrap_err().to_string(), "no encoder at position 3: the ring has 3, counted from 0");
 }
 
