@@ -9,7 +9,7 @@ use std::path::Path;
 
 use encoring_encoder::Unit;
 use encoring_sim::Fault;
-use encoring_sim::scenario::{Change, MotionTable, Occurrence, SECONDS_MAX, SetTable};
+use encoring_sim::scenario::{Change, MotionFiles, MotionTable, Occurrence, SECONDS_MAX, SetTable};
 use encoring_station::{Handle, RingStopped, View};
 use encoring_words::{Duration, Model};
 use serde::de::value::MapAccessDeserializer;
@@ -454,11 +454,9 @@ fn set(text: &str, units: &[Unit]) -> Result<Command, Refused> {
     if let Some(MotionTable::Csv { .. }) = table.motion {
         return Err(Refused::File { position });
     }
-    let changes = table.read(unit, Path::new("")).map_err(|problem| Refused::Set {
-        position,
-        model: unit.model(),
-        problem,
-    })?;
+    let changes = table
+        .read(unit, &mut MotionFiles::beside(Path::new("")))
+        .map_err(|wrong| Refused::Set { position, model: unit.model(), problem: wrong.to_string() })?;
     Ok(Command::Set { position, changes })
 }
 

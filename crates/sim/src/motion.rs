@@ -3,6 +3,8 @@
 //! Places are whole sensor steps (rotary) or micrometres (linear) and are computed in whole numbers; only the sine
 //! goes through floating point, with a software sine that gives the same bits everywhere.
 
+use std::sync::Arc;
+
 use encoring_words::{Duration, Instant};
 
 /// The farthest place, both ways.
@@ -42,7 +44,7 @@ pub enum Motion {
     /// It jumps from one recorded place to the next.
     Recorded {
         /// Places with their times, in rising order; before the first it is there already.
-        points: Vec<(Instant, i64)>,
+        points: Arc<[(Instant, i64)]>,
     },
 }
 
@@ -133,7 +135,7 @@ mod tests {
 
     #[test]
     fn a_recording_holds_each_place() {
-        let motion = Motion::Recorded { points: vec![(Instant(10), 1), (Instant(20), 2)] };
+        let motion = Motion::Recorded { points: [(Instant(10), 1), (Instant(20), 2)].into() };
         assert_eq!([0, 10, 19, 20, 99].map(|t| motion.at(Duration(t))), [1, 1, 1, 2, 2]);
     }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use encoring_encoder::{Magnet, Unit};
 use encoring_files::read_text;
+use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
@@ -18,9 +19,11 @@ use crate::motion::Motion;
 use tables::{FileTable, devices};
 
 mod occurrence;
+mod recorded;
 mod tables;
 
 pub use occurrence::Occurrence;
+pub use recorded::MotionFiles;
 pub use tables::{EepromTable, MotionTable, MoveTable, SetTable};
 
 /// The scenario of the built-in ring, as text.
@@ -29,7 +32,7 @@ pub const BUILT_IN: &str = include_str!("built_in.toml");
 /// The largest scenario file, in bytes.
 pub const FILE_BYTES_MAX: u64 = 1 << 20;
 
-/// The most rows of a recorded motion.
+/// The most rows of all recorded motions together; a file that is named more than once counts once.
 pub const MOTION_ROWS_MAX: usize = 1_000_000;
 
 /// The largest file of a recorded motion, in bytes.
@@ -200,31 +203,26 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`] naming the place.
     pub fn parse(file: &str, text: &str, beside: &Path) -> Result<Self, ScenarioError> {
-        let at = |offset: usize| {
-            let before = text.as_bytes().get(..offset).unwrap_or(text.as_bytes());
-            1 + before.iter().filter(|byte| **byte == b'\n').count()
-        };
-        let error = |offset: Option<usize>, problem: String| ScenarioError {
-            file: file.to_owned(),
-            line: offset.map(at),
-            problem,
-        };
-        let table: FileTable = toml::from_str(text).map_err(|cause| {
-            error(cause.span().map(|span| span.start), cause.message().replace('\n', "; "))
-        })?;
-        if *table.version.get_ref() != 1 {
-            let problem = format!("version {}; this program reads version 1", table.version.get_ref());
-            return Err(error(Some(table.version.span().start), problem));
+        let read = toml_text::parse(text)
+            .and_then(|table| Self::of(&table, beside).map_err(|wrong| wrong.in_text(text)));
+        read.map_err(|Misfit { line, problem }| ScenarioError { file: file.to_owned(), line, problem })
+    }
+
+    fn of(table: &FileTable, beside: &Path) -> Result<Self, Wrong> {
+        if table.version != 1 {
+            let problem = format!("version {}; this program reads version 1", table.version);
+            return Err(Wrong::at("version", problem));
         }
         let (cycle_time, faulty_per_million, level) = match &table.ring {
             None => (CycleTime::default(), 0, Level::Word),
-            Some(ring) => ring.get_ref().read().map_err(|problem| error(Some(ring.span().start), problem))?,
+            Some(ring) => ring.read().map_err(|wrong| wrong.inside("ring"))?,
         };
-        let devices = devices(&table.device, beside).map_err(|(offset, problem)| error(offset, problem))?;
+        let mut files = MotionFiles::beside(beside);
+        let devices = devices(&table.device, &mut files)?;
         let mut events = Vec::new();
-        for event in &table.event {
-            let read = event.get_ref().read(&devices, beside);
-            events.push(read.map_err(|problem| error(Some(event.span().start), problem))?);
+        for (index, event) in table.event.iter().enumerate() {
+            let read = event.read(&devices, &mut files);
+            events.push(read.map_err(|wrong| wrong.inside_item(index).inside("event"))?);
         }
         // Stable: events at the same time happen in the order of the file.
         events.sort_by_key(|event| event.at);

@@ -1,41 +1,39 @@
 //! The tables of a scenario file, as TOML has them, and how each becomes a value that exists.
 
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::fmt::Display;
+use std::path::PathBuf;
 
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::{Magnet, ServiceTimes, Unit, Week, ZeroLoss};
+use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, Instant, Model};
 use serde::Deserialize;
-use toml::Spanned;
 
 use super::{
-    Change, Chip, Device, Event, Happening, Level, MOTION_BYTES_MAX, MOTION_ROWS_MAX, NewMotion, Occurrence,
-    PER_S_MAX, SECONDS_MAX, VOLTS_MAX,
+    Change, Chip, Device, Event, Happening, Level, MotionFiles, NewMotion, Occurrence, PER_S_MAX,
+    SECONDS_MAX, VOLTS_MAX,
 };
 use crate::fault::Fault;
 use crate::memory::CellFault;
 use crate::motion::{Motion, RAW_MAX};
 
-/// What is wrong with one value; where it stands is added by whoever knows.
-pub(super) type Problem = String;
-
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FileTable {
-    pub(super) version: Spanned<i64>,
+    pub(super) version: i64,
     #[serde(default)]
     pub(super) seed: u64,
     #[serde(default)]
-    pub(super) ring: Option<Spanned<RingTable>>,
+    pub(super) ring: Option<RingTable>,
     #[serde(default)]
-    pub(super) device: Vec<Spanned<DeviceTable>>,
+    pub(super) device: Vec<DeviceTable>,
     #[serde(default)]
-    pub(super) event: Vec<Spanned<EventTable>>,
+    pub(super) event: Vec<EventTable>,
 }
 
 #[derive(Default, Deserialize)]
@@ -220,11 +218,11 @@ pub enum EepromTable {
 }
 
 impl RingTable {
-    pub(super) fn read(&self) -> Result<(CycleTime, u32, Level), Problem> {
+    pub(super) fn read(&self) -> Result<(CycleTime, u32, Level), Wrong> {
         let bit = match self.kbit_s.unwrap_or(500) {
             500 => BIT_500K,
             2000 => BIT_2M,
-            other => return Err(format!("kbit_s {other}; the bus has 500 or 2000")),
+            other => return Err(Wrong::at("kbit_s", format!("kbit_s {other}; the bus has 500 or 2000"))),
         };
         within("cable_m", i64::from(self.cable_m), 0, 12_800)?;
         within("faulty_per_million", i64::from(self.faulty_per_million), 0, 1_000_000)?;
@@ -235,80 +233,87 @@ impl RingTable {
     }
 }
 
-pub(super) fn devices(
-    tables: &[Spanned<DeviceTable>],
-    beside: &Path,
-) -> Result<Vec<Device>, (Option<usize>, Problem)> {
+pub(super) fn devices(tables: &[DeviceTable], files: &mut MotionFiles) -> Result<Vec<Device>, Wrong> {
     if tables.is_empty() {
-        return Err((None, "no [[device]]; a ring holds at least one encoder".to_owned()));
+        return Err(Wrong::new("no [[device]]; a ring holds at least one encoder"));
     }
     if tables.len() > ENCODERS_MAX {
-        let place = tables.get(ENCODERS_MAX).map(|table| table.span().start);
-        return Err((place, format!("{} encoders; the limit is {ENCODERS_MAX}", tables.len())));
+        let problem = format!("{} encoders; the limit is {ENCODERS_MAX}", tables.len());
+        return Err(Wrong::new(problem).inside_item(ENCODERS_MAX).inside("device"));
     }
     let mut by_position = BTreeMap::new();
-    for table in tables {
-        let here = |problem| (Some(table.span().start), problem);
-        let last = tables.len() as i64 - 1;
-        let position = table.get_ref().position;
+    for (index, table) in tables.iter().enumerate() {
+        let here = |wrong: Wrong| wrong.inside_item(index).inside("device");
+        let position = table.position;
         // With as many positions as devices and none twice, there can be no gap.
-        within("position", position, 0, last)
-            .map_err(|problem| here(format!("{problem} (positions count from 0 without a gap)")))?;
-        let device = table
-            .get_ref()
-            .read(beside)
-            .map_err(|problem| here(format!("device at position {position}: {problem}")))?;
+        within("position", position, 0, tables.len() as i64 - 1)
+            .map_err(|wrong| here(wrong.told(|it| format!("{it} (positions count from 0 without a gap)"))))?;
+        let named = |wrong: Wrong| here(wrong.told(|it| format!("device at position {position}: {it}")));
+        let device = table.read(files).map_err(named)?;
         if by_position.insert(position, device).is_some() {
-            return Err(here(format!("position {position} is taken twice")));
+            return Err(here(Wrong::at("position", format!("position {position} is taken twice"))));
         }
     }
     Ok(by_position.into_values().collect())
 }
 
 impl DeviceTable {
-    fn read(&self, beside: &Path) -> Result<Device, Problem> {
-        let model: Model =
-            self.model.parse().map_err(|unknown| format!("model \"{}\"; {unknown}", self.model))?;
-        let sensor = match (model, self.rod_mm, self.native) {
-            (Model::La66, rod_mm, None) => {
-                let rod_mm = within("rod_mm", rod_mm.unwrap_or(500), 1, 167_772)?;
-                Sensor::Linear { rod_um: rod_mm as u32 * 1000 }
-            }
-            (Model::La66, _, Some(_)) => return Err("native is for shafts; a la-66 has rod_mm".to_owned()),
-            (_, Some(_), _) => return Err(format!("rod_mm is for the la-66; a {model} has native")),
-            (_, None, native) => {
-                let steps = within("native", native.unwrap_or(4096), 1, 65_536)?;
-                Sensor::Rotary { steps_per_turn: steps as u32 }
-            }
-        };
-        let mut unit = Unit::new(model, sensor).map_err(|wrong| wrong.to_string())?;
+    fn read(&self, files: &mut MotionFiles) -> Result<Device, Wrong> {
+        let mut unit = self.unit()?;
         if let Some(week) = &self.firmware {
-            unit.firmware = week.parse::<Week>().map_err(|wrong| format!("firmware \"{week}\": {wrong}"))?;
+            unit.firmware = week
+                .parse::<Week>()
+                .map_err(|wrong| Wrong::at("firmware", format!("firmware \"{week}\": {wrong}")))?;
         }
         if let Some(times) = &self.service_times {
-            unit.service_times = times.read()?;
+            unit.service_times = times.read().map_err(|wrong| wrong.inside("service_times"))?;
         }
         if let Some(ZeroLossName::Worst) = self.zero_loss {
             unit.zero_loss = ZeroLoss::WorstAllowed;
         }
-        let motion = match self.motion.as_ref().map(|motion| motion.read(&unit, beside)).transpose()? {
+        let motion = self.motion.as_ref().map(|motion| motion.read(&unit, files)).transpose();
+        let motion = match motion.map_err(|wrong| wrong.inside("motion"))? {
             Some(NewMotion::Motion(motion)) => motion,
             Some(NewMotion::Onward(micro_per_s)) => Motion::Speed { start: 0, micro_per_s },
             Some(NewMotion::Stop) | None => Motion::Hold { raw: 0 },
         };
         Ok(Device { unit, motion })
     }
+
+    fn unit(&self) -> Result<Unit, Wrong> {
+        let model: Model = self
+            .model
+            .parse()
+            .map_err(|unknown| Wrong::at("model", format!("model \"{}\"; {unknown}", self.model)))?;
+        let (key, sensor) = match (model, self.rod_mm, self.native) {
+            (Model::La66, rod_mm, None) => {
+                let rod_mm = within("rod_mm", rod_mm.unwrap_or(500), 1, 167_772)?;
+                ("rod_mm", Sensor::Linear { rod_um: rod_mm as u32 * 1000 })
+            }
+            (Model::La66, _, Some(_)) => {
+                return Err(Wrong::at("native", "native is for shafts; a la-66 has rod_mm"));
+            }
+            (_, Some(_), _) => {
+                return Err(Wrong::at("rod_mm", format!("rod_mm is for the la-66; a {model} has native")));
+            }
+            (_, None, native) => {
+                let steps = within("native", native.unwrap_or(4096), 1, 65_536)?;
+                ("native", Sensor::Rotary { steps_per_turn: steps as u32 })
+            }
+        };
+        Unit::new(model, sensor).map_err(|wrong| Wrong::at(key, wrong.to_string()))
+    }
 }
 
 impl ServiceTimesTable {
-    fn read(&self) -> Result<ServiceTimes, Problem> {
+    fn read(&self) -> Result<ServiceTimes, Wrong> {
         match self {
             Self::Name(ServiceTimesName::Zero) => Ok(ServiceTimes::ZERO),
             Self::Name(ServiceTimesName::Default) => Ok(ServiceTimes::default()),
             Self::Each(each) => {
                 let usual = ServiceTimes::default();
                 let time = |name: &str, value: Option<f64>, usual: Duration| match value {
-                    Some(ms) => number(name, ms, 0.0, 60_000.0).map(|ms| Duration((ms * 1e6).round() as u64)),
+                    Some(ms) => within(name, ms, 0.0, 60_000.0).map(|ms| Duration((ms * 1e6).round() as u64)),
                     None => Ok(usual),
                 };
                 Ok(ServiceTimes {
@@ -327,11 +332,7 @@ impl ServiceTimesTable {
 }
 
 impl MotionTable {
-    /// The motion for this encoder. Files are looked for beside the scenario.
-    ///
-    /// # Errors
-    /// What is wrong, with value and limit.
-    pub fn read(&self, unit: &Unit, beside: &Path) -> Result<NewMotion, String> {
+    fn read(&self, unit: &Unit, files: &mut MotionFiles) -> Result<NewMotion, Wrong> {
         let motion = match self {
             Self::Hold { raw: None } => return Ok(NewMotion::Stop),
             Self::Hold { raw: Some(raw) } => Motion::Hold { raw: place("raw", *raw)? },
@@ -342,11 +343,14 @@ impl MotionTable {
                         rpm * f64::from(steps_per_turn) / 60.0
                     }
                     (Sensor::Linear { .. }, None, Some(_)) => {
-                        return Err("rpm is for shafts; a la-66 moves per_s micrometres".to_owned());
+                        return Err(Wrong::at("rpm", "rpm is for shafts; a la-66 moves per_s micrometres"));
                     }
-                    _ => return Err("speed takes either per_s or rpm".to_owned()),
+                    _ => return Err(Wrong::new("speed takes either per_s or rpm")),
                 };
-                let per_s = number("speed in steps or micrometres a second", per_s, -PER_S_MAX, PER_S_MAX)?;
+                // What is told is the speed also where it was given in turns a minute.
+                let told = "speed in steps or micrometres a second";
+                let per_s = limits(told, per_s, -PER_S_MAX, PER_S_MAX)
+                    .map_err(|problem| Wrong::at(if rpm.is_some() { "rpm" } else { "per_s" }, problem))?;
                 let micro_per_s = (per_s * 1e6).round() as i64;
                 match start {
                     None => return Ok(NewMotion::Onward(micro_per_s)),
@@ -357,55 +361,47 @@ impl MotionTable {
                 center: place("center", *center)?,
                 amplitude: place("amplitude", *amplitude)?,
                 period: match seconds("period_s", *period_s)? {
-                    Duration::ZERO => return Err("period_s 0; a swing takes time".to_owned()),
+                    Duration::ZERO => return Err(Wrong::at("period_s", "period_s 0; a swing takes time")),
                     period => period,
                 },
             },
             Self::Moves { start, moves, repeat } => {
                 let mut points = vec![(Instant::ZERO, place("start", *start)?)];
-                let mut at = Instant::ZERO;
-                for step in moves {
-                    let to = place("to", step.to)?;
-                    at = at + seconds("in_s", step.in_s)?;
-                    points.push((at, to));
-                    at = at + seconds("wait_s", step.wait_s)?;
-                    points.push((at, to));
+                for (index, step) in moves.iter().enumerate() {
+                    let step = step.read(&points);
+                    points.extend(step.map_err(|wrong| wrong.inside_item(index).inside("moves"))?);
                 }
                 Motion::Path { points, repeat: *repeat }
             }
-            Self::Csv { file } => recorded(&beside.join(file))?,
+            Self::Csv { file } => files.motion(file).map_err(|problem| Wrong::at("file", problem))?,
         };
         Ok(NewMotion::Motion(motion))
     }
 }
 
-fn recorded(path: &Path) -> Result<Motion, Problem> {
-    let name = path.display().to_string();
-    let source = encoring_files::open(path, MOTION_BYTES_MAX).map_err(|cause| format!("{name}: {cause}"))?;
-    let rows = encoring_trace::Reader::new(name.clone(), source).map_err(|cause| cause.to_string())?;
-    let mut points = Vec::new();
-    for row in rows {
-        let row = row.map_err(|cause| cause.to_string())?;
-        if points.len() == MOTION_ROWS_MAX {
-            return Err(format!("{name} line {}: more than {MOTION_ROWS_MAX} rows", row.line));
-        }
-        points.push((Instant(row.time_ns), row.raw));
+impl MoveTable {
+    /// Where it arrives and where its rest ends, after what came before.
+    fn read(&self, before: &[(Instant, i64)]) -> Result<[(Instant, i64); 2], Wrong> {
+        let from = before.last().map_or(Instant::ZERO, |(at, _)| *at);
+        let to = place("to", self.to)?;
+        let there = from + seconds("in_s", self.in_s)?;
+        Ok([(there, to), (there + seconds("wait_s", self.wait_s)?, to)])
     }
-    if points.is_empty() { Err(format!("{name} has no rows")) } else { Ok(Motion::Recorded { points }) }
 }
 
 impl EventTable {
-    pub(super) fn read(&self, devices: &[Device], beside: &Path) -> Result<Event, Problem> {
+    pub(super) fn read(&self, devices: &[Device], files: &mut MotionFiles) -> Result<Event, Wrong> {
         let at = Instant::ZERO + seconds("at_s", self.at_s)?;
         let what = match (self.position, &self.set, self.segment, self.line, self.for_s) {
             (Some(position), Some(set), None, None, None) => {
                 within("position", position, 0, devices.len() as i64 - 1)?;
-                let unknown = || format!("position {position} is not on the ring");
+                let unknown = || Wrong::at("position", format!("position {position} is not on the ring"));
                 let device = devices.get(position as usize).ok_or_else(unknown)?;
-                Happening::Device { position: position as usize, changes: set.read(&device.unit, beside)? }
+                let changes = set.read(&device.unit, files).map_err(|wrong| wrong.inside("set"))?;
+                Happening::Device { position: position as usize, changes }
             }
             (None, None, Some(segment), Some(fault), for_s) => {
-                fault.on_line()?;
+                fault.on_line().map_err(|problem| Wrong::at("line", problem))?;
                 within("segment", segment, 0, devices.len() as i64)?;
                 let lasting = match for_s {
                     Some(for_s) => seconds("for_s", for_s)?,
@@ -414,9 +410,9 @@ impl EventTable {
                 Happening::Line { segment: segment as usize, fault, lasting }
             }
             _ => {
-                return Err(
-                    "an event has position and set, or segment and line with an optional for_s".to_owned()
-                );
+                return Err(Wrong::new(
+                    "an event has position and set, or segment and line with an optional for_s",
+                ));
             }
         };
         Ok(Event { at, what })
@@ -424,32 +420,34 @@ impl EventTable {
 }
 
 impl SetTable {
-    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs, chip. Files are looked for
-    /// beside the scenario.
+    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs, chip.
     ///
     /// # Errors
     /// What is wrong, with value and limit; then nothing is changed.
-    pub fn read(&self, unit: &Unit, beside: &Path) -> Result<Vec<Change>, String> {
+    pub fn read(&self, unit: &Unit, files: &mut MotionFiles) -> Result<Vec<Change>, Wrong> {
         let mut changes = Vec::new();
         if let Some(volts) = self.supply_v {
             changes.push(Change::Supply(millivolts("supply_v", volts)?));
         }
         if let Some(eeprom) = &self.eeprom {
-            changes.push(eeprom.read()?);
+            changes.push(eeprom.read().map_err(|wrong| wrong.inside("eeprom"))?);
         }
         if let Some(present) = self.magnet {
             if unit.model() != Model::La66 {
-                return Err(format!("magnet: a {} has none", unit.model()));
+                return Err(Wrong::at("magnet", format!("magnet: a {} has none", unit.model())));
             }
             changes.push(Change::Magnet(if present { Magnet::Present } else { Magnet::Missing }));
         }
         match (self.raw, &self.motion) {
-            (Some(_), Some(_)) => return Err("raw and motion exclude each other".to_owned()),
+            (Some(_), Some(_)) => return Err(Wrong::at("motion", "raw and motion exclude each other")),
             (Some(raw), None) => {
                 let raw = place("raw", raw)?;
                 changes.push(Change::Motion(NewMotion::Motion(Motion::Hold { raw })));
             }
-            (None, Some(motion)) => changes.push(Change::Motion(motion.read(unit, beside)?)),
+            (None, Some(motion)) => {
+                let motion = motion.read(unit, files).map_err(|wrong| wrong.inside("motion"))?;
+                changes.push(Change::Motion(motion));
+            }
             (None, None) => {}
         }
         for (input, (name, volts)) in
@@ -458,7 +456,10 @@ impl SetTable {
             let Some(volts) = volts else { continue };
             let inputs = unit.model().preset_inputs();
             if input >= inputs {
-                return Err(format!("{name}: preset inputs of a {}: {inputs}", unit.model()));
+                return Err(Wrong::at(
+                    name,
+                    format!("{name}: preset inputs of a {}: {inputs}", unit.model()),
+                ));
             }
             changes.push(Change::Preset { input, millivolts: millivolts(name, volts)? });
         }
@@ -471,12 +472,12 @@ impl SetTable {
         if let Some(ident) = self.ident {
             changes.push(Change::Ident(Ident(ident)));
         }
-        if changes.is_empty() { Err("nothing is set".to_owned()) } else { Ok(changes) }
+        if changes.is_empty() { Err(Wrong::new("nothing is set")) } else { Ok(changes) }
     }
 }
 
 impl EepromTable {
-    fn read(&self) -> Result<Change, Problem> {
+    fn read(&self) -> Result<Change, Wrong> {
         let cell = |cell: i64| within("cell", cell, 0, EEPROM_BYTES as i64 - 1).map(|cell| cell as usize);
         Ok(match self {
             Self::Read { cell: at } => Change::MemoryFault(CellFault::Read, at.map(cell).transpose()?),
@@ -493,30 +494,27 @@ impl EepromTable {
     }
 }
 
-fn within(name: &str, value: i64, low: i64, high: i64) -> Result<i64, Problem> {
-    if (low..=high).contains(&value) {
+/// A value of this key.
+fn within<T: Copy + PartialOrd + Display>(key: &str, value: T, low: T, high: T) -> Result<T, Wrong> {
+    limits(key, value, low, high).map_err(|problem| Wrong::at(key, problem))
+}
+
+fn limits<T: Copy + PartialOrd + Display>(name: &str, value: T, low: T, high: T) -> Result<T, String> {
+    if (&low..=&high).contains(&&value) {
         Ok(value)
     } else {
         Err(format!("{name} {value}; the limits are {low} and {high}"))
     }
 }
 
-fn number(name: &str, value: f64, low: f64, high: f64) -> Result<f64, Problem> {
-    if (low..=high).contains(&value) {
-        Ok(value)
-    } else {
-        Err(format!("{name} {value}; the limits are {low} and {high}"))
-    }
-}
-
-fn place(name: &str, raw: i64) -> Result<i64, Problem> {
+fn place(name: &str, raw: i64) -> Result<i64, Wrong> {
     within(name, raw, -RAW_MAX, RAW_MAX)
 }
 
-fn seconds(name: &str, value: f64) -> Result<Duration, Problem> {
-    number(name, value, 0.0, SECONDS_MAX).map(|value| Duration((value * 1e9).round() as u64))
+fn seconds(name: &str, value: f64) -> Result<Duration, Wrong> {
+    within(name, value, 0.0, SECONDS_MAX).map(|value| Duration((value * 1e9).round() as u64))
 }
 
-fn millivolts(name: &str, volts: f64) -> Result<u32, Problem> {
-    number(name, volts, 0.0, VOLTS_MAX).map(|volts| (volts * 1e3).round() as u32)
+fn millivolts(name: &str, volts: f64) -> Result<u32, Wrong> {
+    within(name, volts, 0.0, VOLTS_MAX).map(|volts| (volts * 1e3).round() as u32)
 }

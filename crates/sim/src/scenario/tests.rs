@@ -148,27 +148,27 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
         (one("rodd_mm = 3\n"), "s.toml line 5: unknown field `rodd_mm`"),
         (
             one("rod_mm = 3\n"),
-            "s.toml line 2: device at position 0: rod_mm is for the la-66; a ce-100-m has native",
+            "s.toml line 5: device at position 0: rod_mm is for the la-66; a ce-100-m has native",
         ),
         (one("native = 8192\n"), "device at position 0: 8192 steps per turn; a ce-100-m has 4096"),
         (one("firmware = \"41/97\"\n"), "firmware \"41/97\": a firmware week is written WW/YYYY"),
-        (one("[[device]]\nposition = 0\nmodel = \"la-66\"\n"), "s.toml line 5: position 0 is taken twice"),
-        (one("[[device]]\nposition = 2\nmodel = \"la-66\"\n"), "line 5: position 2; the limits are 0 and 1"),
+        (one("[[device]]\nposition = 0\nmodel = \"la-66\"\n"), "s.toml line 6: position 0 is taken twice"),
+        (one("[[device]]\nposition = 2\nmodel = \"la-66\"\n"), "line 6: position 2; the limits are 0 and 1"),
         (
             one("[[device]]\nposition = 1\nmodel = \"ce-65\"\n"),
             "model \"ce-65\"; the models are la-66, ce-100-m and ce-65-m",
         ),
         (
             one("[[device]]\nposition = 1\nmodel = \"la-66\"\nrod_mm = 0\n"),
-            "line 5: device at position 1: rod_mm 0; the limits are 1 and 167772",
+            "line 8: device at position 1: rod_mm 0; the limits are 1 and 167772",
         ),
         (
             one("[[event]]\nat_s = -1\nposition = 0\nset = { raw = 1 }\n"),
-            "line 5: at_s -1; the limits are 0 and 1000000000",
+            "line 6: at_s -1; the limits are 0 and 1000000000",
         ),
         (
             one("[[event]]\nat_s = 1\nposition = 1\nset = { raw = 1 }\n"),
-            "line 5: position 1; the limits are 0 and 0",
+            "line 7: position 1; the limits are 0 and 0",
         ),
         (one("[[event]]\nat_s = 1\nposition = 0\nset = { magnet = true }\n"), "magnet: a ce-100-m has none"),
         (one("[[event]]\nat_s = 1\nposition = 0\nset = { }\n"), "nothing is set"),
@@ -208,4 +208,70 @@ fn a_ring_holds_128_encoders_and_no_more() {
     };
     assert_eq!(ring(128).unwrap().devices.len(), 128);
     assert_eq!(ring(129).unwrap_err(), "s.toml line 386: 129 encoders; the limit is 128");
+}
+
+#[test]
+fn a_wrong_value_is_told_with_its_own_line() {
+    let event = "[[event]]\nat_s = 1\nposition = 0\n";
+    for (more, line, part) in [
+        (
+            "motion = { kind = \"moves\", moves = [\n{ to = 1, in_s = 1 },\n{ to = 2, in_s = -1 },\n] }\n",
+            7,
+            "in_s -1",
+        ),
+        ("[device.motion]\nkind = \"speed\"\nrpm = 1e9\n", 7, "speed in steps"),
+        ("[device.motion]\nkind = \"speed\"\n", 5, "speed takes"),
+        ("[device.service_times]\nread_ms = 1\nwrite_ms = -1\n", 7, "write_ms -1"),
+        (&format!("{event}set.supply_v = 20\nset.preset1_v = 9999\n"), 9, "preset1_v 9999"),
+        (&format!("{event}[event.set.eeprom]\nfault = \"read\"\ncell = 512\n"), 10, "cell 512"),
+        (&format!("{event}set.raw = 1\n{event}set.raw = 2\nset.magnet = true\n"), 13, "magnet"),
+        ("[[event]]\nat_s = 1\nsegment = 0\nline = { flips = 1000001 }\n", 8, "bits in a million 1000001"),
+        (&format!("motion = {}1{}\n", "[".repeat(500), "]".repeat(500)), 5, "recurs"),
+        (&format!("a{} = 1\n", ".a".repeat(500)), 5, "recurs"),
+    ] {
+        let message = parse(&format!("{ONE}{more}")).unwrap_err();
+        assert!(message.starts_with(&format!("s.toml line {line}: ")) && message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn a_motion_file_that_is_named_often_is_read_and_held_once() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.csv"), "raw\n1\n2\n").unwrap();
+    let event =
+        "[[event]]\nat_s = 1\nposition = 0\nset = { motion = { kind = \"csv\", file = \"m.csv\" } }\n";
+    let text = format!("{ONE}motion = {{ kind = \"csv\", file = \"m.csv\" }}\n{}", event.repeat(2));
+    let scenario = Scenario::parse("s.toml", &text, folder.path()).unwrap();
+    let Motion::Recorded { points } = &scenario.devices[0].motion else { panic!("a recorded motion") };
+    assert_eq!(points[..], [(Instant(0), 1), (Instant(1_000_000), 2)]);
+    assert_eq!(std::sync::Arc::strong_count(points), 3, "one for the device, one for each event");
+}
+
+#[test]
+fn all_motion_files_together_have_a_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = MOTION_ROWS_MAX / 2 + 1;
+    std::fs::write(folder.path().join("a.csv"), format!("raw\n{}", "7\n".repeat(rows))).unwrap();
+    std::fs::copy(folder.path().join("a.csv"), folder.path().join("b.csv")).unwrap();
+    let device = |position: usize, file: &str| {
+        format!(
+            "[[device]]\nposition = {position}\nmodel = \"ce-65-m\"\nmotion = {{ kind = \"csv\", file = \"{file}\" }}\n"
+        )
+    };
+    let parse = |second: &str| {
+        let text = format!("version = 1\n{}{}", device(0, "a.csv"), device(1, second));
+        Scenario::parse("s.toml", &text, folder.path()).map_err(|error| error.to_string())
+    };
+    assert!(parse("a.csv").is_ok());
+    let message = parse("b.csv").unwrap_err();
+    assert!(message.starts_with("s.toml line 9: device at position 1: "), "{message}");
+    let limit = format!("b.csv line {rows}: all recorded motions have more than {MOTION_ROWS_MAX} rows");
+    assert!(message.ends_with(&limit), "{message}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_motion_file_that_never_ends_is_refused() {
+    let text = format!("{ONE}motion = {{ kind = \"csv\", file = \"/dev/zero\" }}\n");
+    assert!(parse(&text).unwrap_err().ends_with("/dev/zero: a pipe or a device, no ordinary file"));
 }
