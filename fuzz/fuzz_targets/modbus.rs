@@ -1,7 +1,7 @@
 //! Any bytes as a stream of Modbus TCP requests to a process image, judged beside plain lists of registers.
 #![no_main]
 
-use encoring_modbus::{Layout, WordOrder};
+use encoring_modbus::{RegisterMap, WordOrder};
 use encoring_modbus::pdu::{PDU_MAX, respond};
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
@@ -44,11 +44,11 @@ fn write(registers: &mut [u16], address: usize, values: &[u8]) {
     }
 }
 
-fn judge(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOrder) {
+fn judge(request: &[u8], image: &mut ProcessImage, layout: RegisterMap, order: WordOrder) {
     let before = image.clone();
     let (mut outputs, inputs) = (out(image, order), input(image, order));
     let encoders = image.encoders();
-    let first_out = if layout == Layout::Inline { PROCESS + inputs.len() } else { 0 };
+    let first_out = if layout == RegisterMap::Inline { PROCESS + inputs.len() } else { 0 };
     let answer = respond(request, image, layout, order);
     let exception = answer.is_exception();
     let answer = answer.as_bytes();
@@ -58,8 +58,8 @@ fn judge(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOr
 
     let function = request[0];
     let served = match layout {
-        Layout::Plain => [3, 4, 6, 16, 23].contains(&function),
-        Layout::Inline => [3, 4, 6, 16].contains(&function),
+        RegisterMap::Plain => [3, 4, 6, 16, 23].contains(&function),
+        RegisterMap::Inline => [3, 4, 6, 16].contains(&function),
     };
     if exception {
         assert_eq!(*image, before, "{request:02X?} was refused and changed the image");
@@ -88,13 +88,13 @@ fn judge(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOr
     }
     let (address, count) = (number(request, 1), number(request, 3));
     let shown = match (layout, address) {
-        (Layout::Inline, PROCESS..) => (PROCESS, [inputs, outputs].concat()),
-        (Layout::Inline, MODULES..) => (MODULES, [vec![encoders as u16], vec![0x0233; encoders]].concat()),
-        (Layout::Plain, MIRROR..) if function != 4 => (MIRROR, inputs),
+        (RegisterMap::Inline, PROCESS..) => (PROCESS, [inputs, outputs].concat()),
+        (RegisterMap::Inline, MODULES..) => (MODULES, [vec![encoders as u16], vec![0x0233; encoders]].concat()),
+        (RegisterMap::Plain, MIRROR..) if function != 4 => (MIRROR, inputs),
         (_, DIAGNOSIS..) => (DIAGNOSIS, diagnosis(image)),
-        (Layout::Plain, _) if function == 4 => (0, inputs),
-        (Layout::Plain, _) => (0, outputs),
-        (Layout::Inline, _) => panic!("{request:02X?} -> {answer:02X?}"),
+        (RegisterMap::Plain, _) if function == 4 => (0, inputs),
+        (RegisterMap::Plain, _) => (0, outputs),
+        (RegisterMap::Inline, _) => panic!("{request:02X?} -> {answer:02X?}"),
     };
     let read = &shown.1[address - shown.0..address - shown.0 + count];
     let expected: Vec<u8> = read.iter().flat_map(|value| value.to_be_bytes()).collect();
@@ -107,7 +107,7 @@ fuzz_target!(|bytes: &[u8]| {
     let Some((&first, mut stream)) = bytes.split_first() else { return };
     let encoders = [0, 1, 3, 128][usize::from(first & 3)];
     let order = if first & 4 == 0 { WordOrder::HighFirst } else { WordOrder::LowFirst };
-    let layout = if first & 8 == 0 { Layout::Plain } else { Layout::Inline };
+    let layout = if first & 8 == 0 { RegisterMap::Plain } else { RegisterMap::Inline };
     let mut image = ProcessImage::new(encoders).expect("at most 128");
     for (position, word) in (1..).zip(image.input_mut()) {
         *word = InWord(0x0102_0304 * position);

@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
-use encoring_modbus::probe::{End, Limits, Report, Stage, probe};
+use encoring_modbus::probe::{End, Findings, Reach, Stage, probe};
 use encoring_modbus::{Address, Client};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -31,10 +31,10 @@ pub(crate) struct Arguments {
     #[arg(value_name = "ADDRESS")]
     address: Address,
     /// The last register at which to look
-    #[arg(long, value_name = "REGISTER", default_value_t = Limits::default().last)]
+    #[arg(long, value_name = "REGISTER", default_value_t = Reach::default().last)]
     last: u16,
     /// The most requests
-    #[arg(long, value_name = "N", default_value_t = Limits::default().requests)]
+    #[arg(long, value_name = "N", default_value_t = Reach::default().requests)]
     requests: u32,
     #[command(flatten)]
     output: Output,
@@ -58,7 +58,7 @@ struct CandidateView {
 }
 
 impl ProbeView {
-    fn new(report: &Report) -> Self {
+    fn new(report: &Findings) -> Self {
         let candidates = report.candidates.iter().map(|candidate| CandidateView {
             bus: candidate.address.to_string(),
             certainty: candidate.certainty.to_string(),
@@ -100,7 +100,7 @@ impl fmt::Display for ProbeView {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let stop = stop_mark()?;
     let mut client = Client::new(arguments.address.clone())?;
-    let limits = Limits { last: arguments.last, requests: arguments.requests, ..Limits::default() };
+    let limits = Reach { last: arguments.last, requests: arguments.requests, ..Reach::default() };
     let bar =
         if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() };
     let style = ProgressStyle::with_template("{spinner} {msg}");

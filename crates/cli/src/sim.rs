@@ -9,7 +9,7 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_modbus::{Counters, Layout, WordOrder};
+use encoring_modbus::{Counters, RegisterMap, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Recorder;
@@ -64,7 +64,7 @@ pub(crate) struct Arguments {
     modbus: String,
     /// Which register holds what: plain, or inline as an Inline bus coupler has it.
     #[arg(long, value_name = "LAYOUT", default_value = "plain")]
-    layout: Layout,
+    layout: RegisterMap,
     /// Which word of an encoder has the lower register.
     #[arg(long, value_name = "ORDER", default_value = "high-first")]
     word_order: WordOrder,
@@ -370,7 +370,7 @@ fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Op
 /// What is printed.
 struct Report {
     format: Format,
-    layout: Layout,
+    layout: RegisterMap,
     /// Number of the first event not yet told.
     next_event: u64,
     counters: Option<Duration>,
@@ -420,7 +420,7 @@ impl Report {
         let places = |position| self.layout.places(position, view.devices.len());
         let [out_head, in_head] = places(0).map(|(table, _)| table);
         // Registers of the Inline layout have four digits.
-        let wide = if self.layout == Layout::Inline { 10 } else { 8 };
+        let wide = if self.layout == RegisterMap::Inline { 10 } else { 8 };
         let in_head = format!("IN {in_head}");
         writeln!(out, "position  device  model     OUT {out_head}  {in_head:<wide$}  position now")?;
         for device in &view.devices {

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut client = Client::new(address.parse()?)?;
     match words.get(1..).unwrap_or_default() {
         ["probe"] => {
-            let found = probe::probe(&mut client, probe::Limits::default(), |_| ControlFlow::Continue(()))?;
+            let found = probe::probe(&mut client, probe::Reach::default(), |_| ControlFlow::Continue(()))?;
             println!("{} ({} requests)", found.verdict(), found.requests);
             for candidate in found.candidates {
                 println!("{}: {} ({} encoders)", candidate.certainty, candidate.address, candidate.encoders);

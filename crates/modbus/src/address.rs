@@ -64,8 +64,8 @@ pub enum Way {
         baud: u32,
         /// Parity bit.
         parity: Parity,
-        /// Stop bits.
-        stop: Stop,
+        /// StopBits bits.
+        stop: StopBits,
     },
 }
 
@@ -83,7 +83,7 @@ pub enum Parity {
 
 /// How many stop bits a serial line has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Stop {
+pub enum StopBits {
     /// One.
     #[default]
     One,
@@ -93,7 +93,7 @@ pub enum Stop {
 
 /// Registers of one table, from an address on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct RegisterPlace {
     /// Which table.
     pub table: Table,
     /// The first register.
@@ -108,13 +108,13 @@ pub enum Layout {
         /// The first holding register of the OUT words.
         out: u16,
         /// Where the IN words begin.
-        input: Place,
+        input: RegisterPlace,
     },
     /// As an Inline bus coupler shows its modules: a directory from register 1400 on, and the process data of all
     /// modules behind each other.
     Inline {
         /// Where the process data begin; the directory is in the same table.
-        data: Place,
+        data: RegisterPlace,
     },
 }
 
@@ -125,12 +125,12 @@ pub struct AddressError {
     /// The first character of what is wrong, from 1.
     pub column: usize,
     /// What is wrong.
-    pub problem: Problem,
+    pub problem: AddressProblem,
 }
 
 /// What can be wrong with a bus address.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Problem {
+pub enum AddressProblem {
     /// It begins with no known way.
     #[error("{given:?} begins neither with {TCP} nor with {RTU}")]
     Way {
@@ -197,7 +197,7 @@ impl Address {
     /// The address of a gateway with everything else at its default.
     #[must_use]
     pub fn new(way: Way) -> Self {
-        let layout = Layout::Plain { out: 0, input: Place { table: Table::Input, first: 0 } };
+        let layout = Layout::Plain { out: 0, input: RegisterPlace { table: Table::Input, first: 0 } };
         Self {
             way,
             unit: 1,
@@ -223,7 +223,7 @@ struct Piece<'a> {
 }
 
 impl<'a> Piece<'a> {
-    fn error(self, problem: impl FnOnce(String) -> Problem) -> AddressError {
+    fn error(self, problem: impl FnOnce(String) -> AddressProblem) -> AddressError {
         AddressError { column: self.column, problem: problem(self.text.to_owned()) }
     }
 
@@ -249,7 +249,7 @@ impl<'a> Piece<'a> {
         self.text.parse().ok().filter(|number| digits && allowed.contains(number))
     }
 
-    fn place(self) -> Option<Place> {
+    fn place(self) -> Option<RegisterPlace> {
         let (table, first) = self.split(':');
         let table = match table.text {
             "holding" => Table::Holding,
@@ -257,7 +257,7 @@ impl<'a> Piece<'a> {
             _ => return None,
         };
         let first = first?.number(&(0..=u32::from(u16::MAX)))?;
-        Some(Place { table, first: u16::try_from(first).ok()? })
+        Some(RegisterPlace { table, first: u16::try_from(first).ok()? })
     }
 }
 
@@ -276,11 +276,11 @@ impl<'a> Options<'a> {
             rest = further;
             let (name, value) = option.split('=');
             let Some(key) = keys.iter().copied().find(|key| *key == name.text) else {
-                return Err(name.error(|given| Problem::Unknown { given, allowed: keys.join(", ") }));
+                return Err(name.error(|given| AddressProblem::Unknown { given, allowed: keys.join(", ") }));
             };
-            let value = value.ok_or_else(|| name.error(|given| Problem::NoValue { given }))?;
+            let value = value.ok_or_else(|| name.error(|given| AddressProblem::NoValue { given }))?;
             if given.iter().any(|(earlier, _)| *earlier == key) {
-                return Err(name.error(|_| Problem::Twice { key }));
+                return Err(name.error(|_| AddressProblem::Twice { key }));
             }
             given.push((key, value));
         }
@@ -299,7 +299,8 @@ impl<'a> Options<'a> {
         read: impl FnOnce(Piece<'a>) -> Option<T>,
     ) -> Result<Option<T>, AddressError> {
         let Some(piece) = self.find(key) else { return Ok(None) };
-        let refused = || piece.error(|given| Problem::Value { key, given, allowed: allowed.to_owned() });
+        let refused =
+            || piece.error(|given| AddressProblem::Value { key, given, allowed: allowed.to_owned() });
         read(piece).map(Some).ok_or_else(refused)
     }
 
@@ -329,12 +330,12 @@ impl FromStr for Address {
             let options = Options::parse(options, &keys)?;
             return with_options(Self::new(rtu_way(device, &options)?), &options, &RTU_UNITS);
         }
-        Err(whole.error(|given| Problem::Way { given }))
+        Err(whole.error(|given| AddressProblem::Way { given }))
     }
 }
 
 fn tcp_way(text: Piece<'_>) -> Result<Way, AddressError> {
-    let refused = || text.error(|given| Problem::Host { given });
+    let refused = || text.error(|given| AddressProblem::Host { given });
     let (host, port) = match text.strip("[") {
         Some(inner) => {
             let (address, after) = inner.split(']');
@@ -359,7 +360,7 @@ fn tcp_way(text: Piece<'_>) -> Result<Way, AddressError> {
         Some(port) => port
             .number(&(1..=u32::from(u16::MAX)))
             .and_then(|port| u16::try_from(port).ok())
-            .ok_or_else(|| port.error(|given| Problem::Port { given }))?,
+            .ok_or_else(|| port.error(|given| AddressProblem::Port { given }))?,
         None => PORT,
     };
     Ok(Way::Tcp { host, port })
@@ -367,7 +368,7 @@ fn tcp_way(text: Piece<'_>) -> Result<Way, AddressError> {
 
 fn rtu_way(device: Piece<'_>, options: &Options<'_>) -> Result<Way, AddressError> {
     if device.text.is_empty() || device.text.chars().any(char::is_control) {
-        return Err(device.error(|given| Problem::Device { given }));
+        return Err(device.error(|given| AddressProblem::Device { given }));
     }
     let parity = options.value("parity", "none, even or odd", |piece| match piece.text {
         "none" => Some(Parity::None),
@@ -376,8 +377,8 @@ fn rtu_way(device: Piece<'_>, options: &Options<'_>) -> Result<Way, AddressError
         _ => None,
     })?;
     let stop = options.value("stop", "1 or 2", |piece| match piece.text {
-        "1" => Some(Stop::One),
-        "2" => Some(Stop::Two),
+        "1" => Some(StopBits::One),
+        "2" => Some(StopBits::Two),
         _ => None,
     })?;
     options.value("data", "8, as Modbus RTU has whole bytes", |piece| (piece.text == "8").then_some(()))?;
@@ -409,7 +410,7 @@ fn with_options(
         _ => None,
     })?;
     address.layout = match (inline, address.layout, options.find("out")) {
-        (Some(true), _, Some(piece)) => return Err(piece.error(|_| Problem::Misplaced { key: "out" })),
+        (Some(true), _, Some(piece)) => return Err(piece.error(|_| AddressProblem::Misplaced { key: "out" })),
         (Some(true), ..) => Layout::Inline { data: input.unwrap_or(inline::DATA) },
         (_, Layout::Plain { out: default_out, input: default_input }, _) => Layout::Plain {
             out: out.map_or(default_out, |place| place.first),
@@ -440,7 +441,7 @@ impl Display for Address {
                 write!(f, "{RTU}{device}")?;
                 options.push(format!("baud={baud}"));
                 options.push(format!("parity={parity}"));
-                if *stop == Stop::Two {
+                if *stop == StopBits::Two {
                     options.push("stop=2".to_owned());
                 }
             }
@@ -478,7 +479,7 @@ impl Display for Address {
     }
 }
 
-impl Display for Place {
+impl Display for RegisterPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.table, self.first)
     }

@@ -14,7 +14,7 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::time::{sleep, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
 
-use crate::address::{Address, Layout, Parity, Place, Stop, Way};
+use crate::address::{Address, Layout, Parity, RegisterPlace, StopBits, Way};
 use crate::error::ModbusError;
 use crate::inline::{Directory, MODULES, MODULES_MAX};
 use crate::pdu::READ_MAX;
@@ -85,7 +85,7 @@ impl Client {
     ///
     /// # Errors
     /// [`ModbusError`].
-    pub fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
+    pub fn registers(&mut self, place: RegisterPlace, count: u16) -> Result<Vec<u16>, ModbusError> {
         self.block(async |core, deadline| {
             core.connect(deadline).await?;
             let registers = core.read(place, count.into(), deadline).await;
@@ -99,7 +99,9 @@ impl Client {
     /// # Errors
     /// [`ModbusError`].
     pub fn modules(&mut self) -> Result<Option<(Vec<u16>, Directory)>, ModbusError> {
-        let Layout::Inline { data: Place { table, .. } } = self.core.address.layout else { return Ok(None) };
+        let Layout::Inline { data: RegisterPlace { table, .. } } = self.core.address.layout else {
+            return Ok(None);
+        };
         self.block(async |core, deadline| {
             core.connect(deadline).await?;
             let described = core.described(table, deadline).await;
@@ -247,12 +249,14 @@ impl Core {
     }
 
     /// Where the OUT word of an encoder stands.
-    async fn out_place(&mut self, position: usize, deadline: Deadline) -> Result<Place, ModbusError> {
+    async fn out_place(&mut self, position: usize, deadline: Deadline) -> Result<RegisterPlace, ModbusError> {
         match self.address.layout {
-            Layout::Plain { out, .. } => Ok(plain(Place { table: Table::Holding, first: out }, position)?),
+            Layout::Plain { out, .. } => {
+                Ok(plain(RegisterPlace { table: Table::Holding, first: out }, position)?)
+            }
             Layout::Inline { data } => {
                 let out = self.directory(deadline).await?.offsets(position)?.out;
-                let holding = Place { table: Table::Holding, ..data };
+                let holding = RegisterPlace { table: Table::Holding, ..data };
                 Ok(at_offset(holding, out).ok_or(BusError::NoEncoder { position, encoders: 0 })?)
             }
         }
@@ -264,7 +268,7 @@ impl Core {
         first: usize,
         count: usize,
         deadline: Deadline,
-    ) -> Result<Vec<(Place, usize)>, ModbusError> {
+    ) -> Result<Vec<(RegisterPlace, usize)>, ModbusError> {
         let Some(last) = count.checked_sub(1) else { return Ok(Vec::new()) };
         let last = first.saturating_add(last);
         match self.address.layout {
@@ -274,7 +278,7 @@ impl Core {
             }
             Layout::Inline { data } => {
                 let directory = self.directory(deadline).await?;
-                let mut runs: Vec<(Place, usize)> = Vec::new();
+                let mut runs: Vec<(RegisterPlace, usize)> = Vec::new();
                 for position in first..=last {
                     let offset = directory.offsets(position)?.input;
                     let place = at_offset(data, offset)
@@ -296,7 +300,7 @@ impl Core {
     /// What an Inline coupler says of its ring, asked once a connection and before every write.
     async fn directory(&mut self, deadline: Deadline) -> Result<&Directory, ModbusError> {
         if self.directory.is_none() {
-            let Layout::Inline { data: Place { table, .. } } = self.address.layout else {
+            let Layout::Inline { data: RegisterPlace { table, .. } } = self.address.layout else {
                 return Err(BusError::NoEncoder { position: 0, encoders: 0 }.into());
             };
             let registers = self.described(table, deadline).await?;
@@ -308,15 +312,15 @@ impl Core {
     /// The registers with which an Inline coupler describes its modules.
     async fn described(&mut self, table: Table, deadline: Deadline) -> Result<Vec<u16>, ModbusError> {
         // The first module with it: a single register is asked for by the marker of a serial line alone.
-        let count = self.read(Place { table, first: MODULES }, 2, deadline).await?;
+        let count = self.read(RegisterPlace { table, first: MODULES }, 2, deadline).await?;
         let count = count.first().copied().unwrap_or_default().min(MODULES_MAX);
-        self.read(Place { table, first: MODULES + 1 }, count.into(), deadline).await
+        self.read(RegisterPlace { table, first: MODULES + 1 }, count.into(), deadline).await
     }
 
     /// Reads any number of registers, a request for as many as one may have.
     async fn read(
         &mut self,
-        place: Place,
+        place: RegisterPlace,
         count: usize,
         deadline: Deadline,
     ) -> Result<Vec<u16>, ModbusError> {
@@ -390,8 +394,8 @@ impl Core {
                         Parity::Odd => tokio_serial::Parity::Odd,
                     })
                     .stop_bits(match stop {
-                        Stop::One => tokio_serial::StopBits::One,
-                        Stop::Two => tokio_serial::StopBits::Two,
+                        StopBits::One => tokio_serial::StopBits::One,
+                        StopBits::Two => tokio_serial::StopBits::Two,
                     })
                     .open_native_async()
                     .map_err(|error| lost(io::Error::from(error).kind()))?;
@@ -443,15 +447,15 @@ impl Core {
 }
 
 /// The registers of the encoder at a position, two for each from `base` on.
-fn plain(base: Place, position: usize) -> Result<Place, BusError> {
+fn plain(base: RegisterPlace, position: usize) -> Result<RegisterPlace, BusError> {
     let there = position.checked_mul(REGISTERS_PER_ENCODER).and_then(|offset| at_offset(base, offset));
     let encoders = (usize::from(u16::MAX - base.first) + 1) / REGISTERS_PER_ENCODER;
     there.filter(|place| place.first < u16::MAX).ok_or(BusError::NoEncoder { position, encoders })
 }
 
-fn at_offset(base: Place, offset: usize) -> Option<Place> {
+fn at_offset(base: RegisterPlace, offset: usize) -> Option<RegisterPlace> {
     let first = u16::try_from(offset).ok().and_then(|offset| base.first.checked_add(offset))?;
-    Some(Place { first, ..base })
+    Some(RegisterPlace { first, ..base })
 }
 
 /// Three and a half characters of 11 bits, but not less than the 1.75 ms of the standard.

@@ -27,5 +27,5 @@ pub use client::Client;
 pub use counters::{Counters, Snapshot};
 pub use error::{Garbled, ModbusError};
 pub use reconnect::Reconnect;
-pub use registers::{Layout, UnknownLayout, UnknownWordOrder, WordOrder};
+pub use registers::{RegisterMap, UnknownLayout, UnknownWordOrder, WordOrder};
 pub use server::{Options, serve};

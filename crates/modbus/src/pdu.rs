@@ -6,7 +6,7 @@
 
 use encoring_ring::ProcessImage;
 
-use crate::registers::{Layout, Registers, Table, WordOrder};
+use crate::registers::{RegisterMap, Registers, Table, WordOrder};
 
 /// The longest PDU, in bytes.
 pub const PDU_MAX: usize = 253;
@@ -91,7 +91,7 @@ struct Request<'a> {
 ///
 /// Without any byte there is no function code to answer with; the answer is then `80 01`.
 #[must_use]
-pub fn respond(request: &[u8], image: &mut ProcessImage, layout: Layout, order: WordOrder) -> Pdu {
+pub fn respond(request: &[u8], image: &mut ProcessImage, layout: RegisterMap, order: WordOrder) -> Pdu {
     let function = request.first().copied().unwrap_or_default();
     let answer =
         Request::parse(request, layout).and_then(|parsed| parsed.carry_out(request, image, layout, order));
@@ -99,9 +99,9 @@ pub fn respond(request: &[u8], image: &mut ProcessImage, layout: Layout, order: 
 }
 
 impl<'a> Request<'a> {
-    fn parse(request: &'a [u8], layout: Layout) -> Result<Self, Exception> {
+    fn parse(request: &'a [u8], layout: RegisterMap) -> Result<Self, Exception> {
         match *request {
-            [WRITE_AND_READ, ..] if layout == Layout::Inline => Err(Exception::IllegalFunction),
+            [WRITE_AND_READ, ..] if layout == RegisterMap::Inline => Err(Exception::IllegalFunction),
             [READ_HOLDING, a1, a0, c1, c0] => {
                 let span = Span::new([a1, a0], [c1, c0], READ_MAX)?;
                 Ok(Self { write: None, read: Some((Table::Holding, span)) })
@@ -136,7 +136,7 @@ impl<'a> Request<'a> {
         self,
         request: &[u8],
         image: &mut ProcessImage,
-        layout: Layout,
+        layout: RegisterMap,
         order: WordOrder,
     ) -> Result<Pdu, Exception> {
         // Everything that can be refused is looked at before anything is written.

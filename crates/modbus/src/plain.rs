@@ -4,7 +4,7 @@
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
 
-use crate::{Layout, WordOrder};
+use crate::{RegisterMap, WordOrder};
 
 /// A function: where its fields stand in the PDU, counted from the function code.
 struct Row {
@@ -13,7 +13,7 @@ struct Row {
     head: usize,
     /// Register table, place of the address, place of the count.
     read: Option<(usize, usize, usize)>,
-    /// Place of the address, place of the count (function 6 has none), the most registers.
+    /// RegisterPlace of the address, place of the count (function 6 has none), the most registers.
     write: Option<(usize, Option<usize>, u16)>,
     byte_count: Option<usize>,
 }
@@ -70,7 +70,7 @@ pub(crate) fn image(encoders: usize) -> ProcessImage {
 }
 
 impl Plain {
-    pub(crate) fn new(encoders: usize, layout: Layout, order: WordOrder) -> Self {
+    pub(crate) fn new(encoders: usize, layout: RegisterMap, order: WordOrder) -> Self {
         let [first, second] = match order {
             WordOrder::HighFirst => [16, 0],
             WordOrder::LowFirst => [0, 16],
@@ -84,7 +84,7 @@ impl Plain {
             }
         }
         match layout {
-            Layout::Plain => {
+            RegisterMap::Plain => {
                 // Here the diagnosis ends, and 1000 begins the mirror.
                 tables[HOLDING][999..].fill(None);
                 for k in 0..encoders {
@@ -95,7 +95,7 @@ impl Plain {
                     }
                 }
             }
-            Layout::Inline => {
+            RegisterMap::Inline => {
                 for table in &mut tables {
                     table[1400] = Some(Cell::Always(encoders as u16));
                     for k in 0..encoders {
@@ -109,9 +109,9 @@ impl Plain {
             }
         }
         let rows = match layout {
-            Layout::Plain => &ROWS[..],
+            RegisterMap::Plain => &ROWS[..],
             // All but function 23.
-            Layout::Inline => &ROWS[..4],
+            RegisterMap::Inline => &ROWS[..4],
         };
         Self { image: image(encoders), tables, rows }
     }

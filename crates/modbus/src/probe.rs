@@ -11,7 +11,7 @@ use std::ops::ControlFlow;
 use encoring_bus::{Bus, BusError};
 use encoring_words::Duration;
 
-use crate::address::{Address, Layout, Place};
+use crate::address::{Address, Layout, RegisterPlace};
 use crate::client::{Client, reading as function};
 use crate::error::ModbusError;
 use crate::inline::{DATA, Directory, MODULES, MODULES_MAX};
@@ -20,7 +20,7 @@ use crate::registers::{REGISTERS_PER_ENCODER, Table, WordOrder};
 
 pub mod reading;
 
-use reading::{Block, Hypothesis};
+use reading::{Hypothesis, Readout};
 
 /// Registers of one request; even, so that a word that begins with the block is never torn.
 const CHUNK: u16 = READ_MAX - 1;
@@ -33,7 +33,7 @@ const BLOCK_MAX: u16 = 512;
 
 /// How far a probe goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
+pub struct Reach {
     /// The last register at which a block is looked for.
     pub last: u16,
     /// How often each block is read; motion is seen between two readings.
@@ -44,7 +44,7 @@ pub struct Limits {
     pub requests: u32,
 }
 
-impl Default for Limits {
+impl Default for Reach {
     fn default() -> Self {
         Self { last: 10_000, passes: 6, pause: Duration::from_millis(50), requests: 2_000 }
     }
@@ -58,7 +58,7 @@ pub struct Progress {
     /// What it is about.
     pub stage: Stage,
     /// What is read next.
-    pub place: Place,
+    pub place: RegisterPlace,
 }
 
 /// What a probe is about.
@@ -77,11 +77,11 @@ pub enum Stage {
 
 /// What a probe found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Report {
+pub struct Findings {
     /// What the gateway may be, the most probable first.
     pub candidates: Vec<Candidate>,
     /// Registers that there are, without a gap each.
-    pub blocks: Vec<(Place, u16)>,
+    pub blocks: Vec<(RegisterPlace, u16)>,
     /// How many requests it took.
     pub requests: u32,
     /// How it ended.
@@ -155,7 +155,7 @@ pub enum Evidence {
         modules: usize,
     },
     /// The same words stand elsewhere.
-    SameAs(Place),
+    SameAs(RegisterPlace),
     /// The OUT words are believed to be here, as there are as many holding registers; nothing was written.
     OutGuessed(u16),
     /// No holding registers for the OUT words were found.
@@ -169,7 +169,7 @@ pub struct ProbeError {
     /// What happened.
     pub error: ModbusError,
     /// Where.
-    pub place: Place,
+    pub place: RegisterPlace,
     /// How many registers were asked for.
     pub count: u16,
     /// How many requests there had been.
@@ -186,21 +186,21 @@ pub struct ProbeError {
 /// answer. Registers that do not exist are no error, and neither is a function that the gateway does not know.
 pub fn probe(
     client: &mut Client,
-    limits: Limits,
+    limits: Reach,
     progress: impl FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Report, ProbeError> {
+) -> Result<Findings, ProbeError> {
     let address = client.address().clone();
     search(client, &address, limits, progress)
 }
 
 /// What a probe needs of a gateway.
 trait Source {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError>;
+    fn registers(&mut self, place: RegisterPlace, count: u16) -> Result<Vec<u16>, ModbusError>;
     fn pause(&mut self, span: Duration);
 }
 
 impl Source for Client {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
+    fn registers(&mut self, place: RegisterPlace, count: u16) -> Result<Vec<u16>, ModbusError> {
         Self::registers(self, place, count)
     }
 
@@ -218,7 +218,7 @@ enum Halt {
 struct Search<'a, S, P> {
     source: &'a mut S,
     progress: P,
-    limits: Limits,
+    limits: Reach,
     requests: u32,
     stage: Stage,
 }
@@ -226,9 +226,9 @@ struct Search<'a, S, P> {
 fn search(
     source: &mut impl Source,
     address: &Address,
-    limits: Limits,
+    limits: Reach,
     progress: impl FnMut(Progress) -> ControlFlow<()>,
-) -> Result<Report, ProbeError> {
+) -> Result<Findings, ProbeError> {
     let mut search = Search { source, progress, limits, requests: 0, stage: Stage::Looking };
     let mut blocks = Vec::new();
     let mut couplers = Vec::new();
@@ -239,11 +239,11 @@ fn search(
     };
     let candidates = judge(address, &blocks, &couplers);
     let blocks = blocks.iter().map(|block| (block.place, block.count)).collect();
-    Ok(Report { candidates, blocks, requests: search.requests, end })
+    Ok(Findings { candidates, blocks, requests: search.requests, end })
 }
 
 impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
-    fn run(&mut self, blocks: &mut Vec<Block>, couplers: &mut Vec<(Table, Directory)>) -> Result<(), Halt> {
+    fn run(&mut self, blocks: &mut Vec<Readout>, couplers: &mut Vec<(Table, Directory)>) -> Result<(), Halt> {
         for table in [Table::Input, Table::Holding] {
             self.look(table, blocks)?;
             if let Some(directory) = self.directory(table)? {
@@ -267,7 +267,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     }
 
     /// Finds the blocks of a table.
-    fn look(&mut self, table: Table, blocks: &mut Vec<Block>) -> Result<(), Halt> {
+    fn look(&mut self, table: Table, blocks: &mut Vec<Readout>) -> Result<(), Halt> {
         let mut starts: Vec<u16> = (0..=self.limits.last).step_by(STEP).collect();
         starts.extend(ODD_STARTS);
         starts.sort_unstable();
@@ -278,7 +278,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             if usize::from(start) < unknown {
                 continue;
             }
-            let place = Place { table, first: start };
+            let place = RegisterPlace { table, first: start };
             if self.read(place, 1)?.is_none() {
                 if start == 0 && !self.knows(table)? {
                     return Ok(());
@@ -289,7 +289,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             // A block that begins between two places that were looked at is followed back to its first register.
             let back = unknown.max((usize::from(start) + 1).saturating_sub(CHUNK.into()));
             let first = self.begin(place, back)?;
-            let (values, sharp_end) = self.extend(Place { table, first })?;
+            let (values, sharp_end) = self.extend(RegisterPlace { table, first })?;
             let known_before =
                 std::mem::replace(&mut unknown, usize::from(first) + values.len() + usize::from(sharp_end));
             // Behind a block that was cut at its greatest length, or followed back only so far, it may go on.
@@ -297,14 +297,14 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
                 block.place.table == table && block.end() == usize::from(first) && !block.sharp.1
             });
             let sharp_start = !touches && (usize::from(first) > back || back <= known_before);
-            blocks.push(Block::new(Place { table, first }, (sharp_start, sharp_end), values));
+            blocks.push(Readout::new(RegisterPlace { table, first }, (sharp_start, sharp_end), values));
         }
         Ok(())
     }
 
     /// Whether the gateway knows the function at all: exception 01 for register 0 says it does not.
     fn knows(&mut self, table: Table) -> Result<bool, Halt> {
-        let place = Place { table, first: 0 };
+        let place = RegisterPlace { table, first: 0 };
         match self.ask(place, 1)? {
             Err(ModbusError::Refused { exception: 1, .. }) => Ok(false),
             _ => Ok(true),
@@ -312,13 +312,13 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     }
 
     /// The first register of the block that holds this one: nothing before `back` is in it.
-    fn begin(&mut self, place: Place, back: usize) -> Result<u16, Halt> {
+    fn begin(&mut self, place: RegisterPlace, back: usize) -> Result<u16, Halt> {
         let (mut there, mut not) = (usize::from(place.first), back);
         // `there` is in the block; what is before `not` is not.
         while not < there {
             let middle = not + (there - not) / 2;
             let Ok(first) = u16::try_from(middle) else { break };
-            let reaches = self.read(Place { first, ..place }, self.span(middle, there))?.is_some();
+            let reaches = self.read(RegisterPlace { first, ..place }, self.span(middle, there))?.is_some();
             if reaches { there = middle } else { not = middle + 1 }
         }
         Ok(u16::try_from(there).unwrap_or(place.first))
@@ -329,12 +329,12 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     }
 
     /// Reads a block from its first register on; `true` if its last was found, and not only the longest.
-    fn extend(&mut self, place: Place) -> Result<(Vec<u16>, bool), Halt> {
+    fn extend(&mut self, place: RegisterPlace) -> Result<(Vec<u16>, bool), Halt> {
         let mut values: Vec<u16> = Vec::new();
         let room = u32::from(u16::MAX - place.first) + 1;
         let longest = u16::try_from(room.min(BLOCK_MAX.into())).unwrap_or(BLOCK_MAX);
         while let Some(left) = longest.checked_sub(values.len() as u16).filter(|left| *left > 0) {
-            let from = Place { first: place.first + values.len() as u16, ..place };
+            let from = RegisterPlace { first: place.first + values.len() as u16, ..place };
             let wanted = left.min(CHUNK);
             if let Some(read) = self.read(from, wanted)? {
                 values.extend(read);
@@ -358,13 +358,13 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
 
     /// What an Inline coupler says of its modules, if it is one.
     fn directory(&mut self, table: Table) -> Result<Option<Directory>, Halt> {
-        let Some(count) = self.read(Place { table, first: MODULES }, 1)? else { return Ok(None) };
+        let Some(count) = self.read(RegisterPlace { table, first: MODULES }, 1)? else { return Ok(None) };
         let count = count.first().copied().unwrap_or_default();
         if !(1..=MODULES_MAX).contains(&count) {
             return Ok(None);
         }
         let mut described = Vec::new();
-        for (place, count) in pieces(Place { table, first: MODULES + 1 }, count) {
+        for (place, count) in pieces(RegisterPlace { table, first: MODULES + 1 }, count) {
             let Some(read) = self.read(place, count)? else { return Ok(None) };
             described.extend(read);
         }
@@ -373,7 +373,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     }
 
     /// Reads registers; `None` if they are not all there.
-    fn read(&mut self, place: Place, count: u16) -> Result<Option<Vec<u16>>, Halt> {
+    fn read(&mut self, place: RegisterPlace, count: u16) -> Result<Option<Vec<u16>>, Halt> {
         match self.ask(place, count)? {
             Ok(values) => Ok(Some(values)),
             // Some say 03 or 04 instead of 02; 01 is for the whole table.
@@ -382,7 +382,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
         }
     }
 
-    fn ask(&mut self, place: Place, count: u16) -> Result<Result<Vec<u16>, ModbusError>, Halt> {
+    fn ask(&mut self, place: RegisterPlace, count: u16) -> Result<Result<Vec<u16>, ModbusError>, Halt> {
         if self.requests >= self.limits.requests {
             return Err(Halt::End(End::Limit));
         }
@@ -402,19 +402,19 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
 }
 
 /// The requests that read a block.
-fn pieces(place: Place, count: u16) -> impl Iterator<Item = (Place, u16)> {
+fn pieces(place: RegisterPlace, count: u16) -> impl Iterator<Item = (RegisterPlace, u16)> {
     (0..count).step_by(usize::from(CHUNK)).filter_map(move |offset| {
         let first = place.first.checked_add(offset)?;
-        Some((Place { first, ..place }, (count - offset).min(CHUNK)))
+        Some((RegisterPlace { first, ..place }, (count - offset).min(CHUNK)))
     })
 }
 
-fn judge(address: &Address, blocks: &[Block], couplers: &[(Table, Directory)]) -> Vec<Candidate> {
+fn judge(address: &Address, blocks: &[Readout], couplers: &[(Table, Directory)]) -> Vec<Candidate> {
     let mut candidates: Vec<Candidate> = Vec::new();
     for (table, directory) in couplers {
         candidates.extend(inline(address, *table, directory, blocks));
     }
-    let is_coupler = |block: &&Block| {
+    let is_coupler = |block: &&Readout| {
         !couplers.iter().any(|(table, _)| {
             let of_coupler = [MODULES, DATA.first];
             *table == block.place.table && of_coupler.iter().any(|register| block.holds(*register))
@@ -425,7 +425,7 @@ fn judge(address: &Address, blocks: &[Block], couplers: &[(Table, Directory)]) -
         plain.extend(reading::hypotheses(block).into_iter().map(|hypothesis| (block, hypothesis)));
     }
     for (block, hypothesis) in &plain {
-        let place = Place { first: block.place.first + hypothesis.offset as u16, ..block.place };
+        let place = RegisterPlace { first: block.place.first + hypothesis.offset as u16, ..block.place };
         let mut evidence = evidence(hypothesis);
         let twin = plain.iter().find(|(other, same)| {
             other.place != block.place
@@ -435,7 +435,7 @@ fn judge(address: &Address, blocks: &[Block], couplers: &[(Table, Directory)]) -
                 && other.looks_like(same, block, hypothesis)
         });
         if let Some((other, same)) = twin {
-            evidence.push(Evidence::SameAs(Place {
+            evidence.push(Evidence::SameAs(RegisterPlace {
                 first: other.place.first + same.offset as u16,
                 ..other.place
             }));
@@ -474,7 +474,7 @@ fn evidence(hypothesis: &Hypothesis) -> Vec<Evidence> {
 
 /// Holding registers that may be the OUT words of these IN words: from the same address on in the other table, or
 /// from 0 on, and as many; or else the only block of just that length.
-fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
+fn out_words(blocks: &[Readout], input: RegisterPlace, words: usize) -> Option<u16> {
     let length = words * REGISTERS_PER_ENCODER;
     let fits = |first: u16| {
         let apart = input.table == Table::Input
@@ -498,8 +498,8 @@ fn out_words(blocks: &[Block], input: Place, words: usize) -> Option<u16> {
 }
 
 /// An Inline coupler: the directory says where, only the order is open.
-fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Block]) -> Vec<Candidate> {
-    let data = Place { table, ..DATA };
+fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Readout]) -> Vec<Candidate> {
+    let data = RegisterPlace { table, ..DATA };
     let block = blocks.iter().find(|block| block.place.table == table && block.holds(data.first));
     let base = block.map(|block| usize::from(data.first - block.place.first)).unwrap_or_default();
     let offsets: Vec<usize> = directory
@@ -539,7 +539,7 @@ fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Bloc
     candidates
 }
 
-impl Report {
+impl Findings {
     /// The one candidate that is more than possible and as sure as no other. Where the same words stand again does not
     /// count as another.
     #[must_use]

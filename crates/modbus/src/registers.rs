@@ -101,7 +101,7 @@ pub const INLINE_MAP: [Block; 6] = {
 
 /// Which registers a server shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Layout {
+pub enum RegisterMap {
     /// [`MAP`]: OUT in holding registers, IN in input registers, from 0 on.
     #[default]
     Plain,
@@ -117,7 +117,7 @@ pub struct UnknownLayout {
     pub given: String,
 }
 
-impl FromStr for Layout {
+impl FromStr for RegisterMap {
     type Err = UnknownLayout;
 
     fn from_str(given: &str) -> Result<Self, Self::Err> {
@@ -129,7 +129,7 @@ impl FromStr for Layout {
     }
 }
 
-impl Display for Layout {
+impl Display for RegisterMap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Plain => "plain",
@@ -138,7 +138,7 @@ impl Display for Layout {
     }
 }
 
-impl Layout {
+impl RegisterMap {
     /// Every register there is.
     #[must_use]
     pub const fn map(self) -> &'static [Block] {
@@ -271,7 +271,13 @@ impl Registers {
     /// `count` registers of a table from `address` on; `None` if one of them does not exist on a ring of this many
     /// encoders.
     #[must_use]
-    pub fn find(layout: Layout, table: Table, address: u16, count: u16, encoders: usize) -> Option<Self> {
+    pub fn find(
+        layout: RegisterMap,
+        table: Table,
+        address: u16,
+        count: u16,
+        encoders: usize,
+    ) -> Option<Self> {
         let count = usize::from(count);
         layout.map().iter().filter(|block| block.table == table).find_map(|block| {
             let offset = usize::from(address.checked_sub(block.first)?);
@@ -335,7 +341,7 @@ impl Registers {
 
 /// The map as the table of the documentation.
 #[must_use]
-pub fn markdown(layout: Layout) -> String {
+pub fn markdown(layout: RegisterMap) -> String {
     let mut page = String::from("| Registers | Addresses | Hold | Functions |\n|---|---|---|---|\n");
     let from =
         |first: usize, text: &str| if first == 0 { text.to_owned() } else { format!("{first}+{text}") };
@@ -367,13 +373,13 @@ pub fn markdown(layout: Layout) -> String {
         };
         for (addresses, hold) in rows {
             let read = match (block.table, layout) {
-                (Table::Holding, Layout::Plain) => "read 3, 23",
-                (Table::Holding, Layout::Inline) => "read 3",
+                (Table::Holding, RegisterMap::Plain) => "read 3, 23",
+                (Table::Holding, RegisterMap::Inline) => "read 3",
                 (Table::Input, _) => "read 4",
             };
             let write = match (block.table, layout) {
-                (Table::Holding, Layout::Plain) if hold.starts_with("OUT") => "; write 6, 16, 23",
-                (Table::Holding, Layout::Inline) if hold.starts_with("OUT") => "; write 6, 16",
+                (Table::Holding, RegisterMap::Plain) if hold.starts_with("OUT") => "; write 6, 16, 23",
+                (Table::Holding, RegisterMap::Inline) if hold.starts_with("OUT") => "; write 6, 16",
                 _ => "",
             };
             page += &format!("| {} | {addresses} | {hold} | {read}{write} |\n", block.table);
@@ -396,22 +402,28 @@ mod tests {
     }
 
     fn read(table: Table, address: u16, count: u16, order: WordOrder) -> Option<Vec<u16>> {
-        read_in(Layout::Plain, table, address, count, order)
+        read_in(RegisterMap::Plain, table, address, count, order)
     }
 
-    fn read_in(layout: Layout, table: Table, address: u16, count: u16, order: WordOrder) -> Option<Vec<u16>> {
+    fn read_in(
+        layout: RegisterMap,
+        table: Table,
+        address: u16,
+        count: u16,
+        order: WordOrder,
+    ) -> Option<Vec<u16>> {
         Some(Registers::find(layout, table, address, count, 2)?.read(&image(), order).collect())
     }
 
     fn find(table: Table, address: u16, count: u16, encoders: usize) -> Option<Registers> {
-        Registers::find(Layout::Plain, table, address, count, encoders)
+        Registers::find(RegisterMap::Plain, table, address, count, encoders)
     }
 
     #[test]
     fn the_documentation_holds_the_map() {
         let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/modbus.md");
         let page = std::fs::read_to_string(page).unwrap();
-        for layout in [Layout::Plain, Layout::Inline] {
+        for layout in [RegisterMap::Plain, RegisterMap::Inline] {
             let table = markdown(layout);
             assert!(page.contains(&table), "docs/modbus.md must hold this table:\n{table}");
         }
@@ -461,7 +473,7 @@ mod tests {
 
     #[test]
     fn no_range_reaches_from_one_block_into_another() {
-        for layout in [Layout::Plain, Layout::Inline] {
+        for layout in [RegisterMap::Plain, RegisterMap::Inline] {
             for (index, block) in layout.map().iter().enumerate() {
                 let end = usize::from(block.first) + block.registers(ENCODERS_MAX);
                 let behind = layout.map().iter().skip(index + 1).find(|other| other.table == block.table);
@@ -473,7 +485,7 @@ mod tests {
 
     #[test]
     fn the_diagnosis_is_status_parameter_and_a_count_for_each_segment() {
-        for layout in [Layout::Plain, Layout::Inline] {
+        for layout in [RegisterMap::Plain, RegisterMap::Inline] {
             for table in [Table::Holding, Table::Input] {
                 let read = |address, count| read_in(layout, table, address, count, WordOrder::LowFirst);
                 assert_eq!(read(900, 5).unwrap(), [0x10E0, 0x0380, 1, 2, 0xFFFF]);
@@ -492,12 +504,13 @@ mod tests {
         assert!(find(Table::Holding, 900, 2 + 98, 128).is_none());
         assert!(find(Table::Input, 906, 125, 128).is_some());
         assert!(find(Table::Input, 907, 125, 128).is_none());
-        assert!(Registers::find(Layout::Inline, Table::Holding, 906, 125, 128).is_some());
+        assert!(Registers::find(RegisterMap::Inline, Table::Holding, 906, 125, 128).is_some());
     }
 
     #[test]
     fn the_inline_layout_has_a_directory_and_the_in_words_before_the_out_words() {
-        let read = |address, count, order| read_in(Layout::Inline, Table::Holding, address, count, order);
+        let read =
+            |address, count, order| read_in(RegisterMap::Inline, Table::Holding, address, count, order);
         let order = WordOrder::HighFirst;
         assert_eq!(read(1400, 3, order).unwrap(), [2, 0x0233, 0x0233]);
         assert_eq!(read(1400, 4, order), None);
@@ -508,7 +521,7 @@ mod tests {
         assert_eq!(read(0, 1, order), None);
 
         let process =
-            |address, count| Registers::find(Layout::Inline, Table::Holding, address, count, 2).unwrap();
+            |address, count| Registers::find(RegisterMap::Inline, Table::Holding, address, count, 2).unwrap();
         assert!(process(8004, 4).writable());
         for (address, count) in [(8000, 1), (8003, 2), (1401, 1)] {
             assert!(!process(address, count).writable(), "{address}");
@@ -520,7 +533,7 @@ mod tests {
 
     #[test]
     fn the_first_registers_of_an_encoder_hold_its_words() {
-        for layout in [Layout::Plain, Layout::Inline] {
+        for layout in [RegisterMap::Plain, RegisterMap::Inline] {
             for position in 0..2 {
                 let [out, input] = layout.places(position, 2).map(|(table, first)| {
                     read_in(layout, table, first as u16, 2, WordOrder::HighFirst).unwrap()
@@ -534,10 +547,10 @@ mod tests {
 
     #[test]
     fn a_layout_is_named_as_on_the_command_line() {
-        for layout in [Layout::Plain, Layout::Inline] {
+        for layout in [RegisterMap::Plain, RegisterMap::Inline] {
             assert_eq!(layout.to_string().parse(), Ok(layout));
         }
-        let error = "Inline".parse::<Layout>().unwrap_err();
+        let error = "Inline".parse::<RegisterMap>().unwrap_err();
         assert_eq!(error.to_string(), "layout \"Inline\"; it must be plain or inline");
     }
 

@@ -20,7 +20,7 @@ use tokio_util::codec::Framed;
 use crate::counters::{Counters, Open};
 use crate::frame::{Codec, Frame, FrameError};
 use crate::pdu::respond;
-use crate::registers::{Layout, WordOrder};
+use crate::registers::{RegisterMap, WordOrder};
 
 /// After an accept error, so that a lasting one (no file descriptor left) does not take the processor with it.
 const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);
@@ -29,7 +29,7 @@ const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
     /// Which register holds what.
-    pub layout: Layout,
+    pub layout: RegisterMap,
     /// Which half of a word comes first.
     pub word_order: WordOrder,
     /// How many connections may be open; a further one is accepted and closed at once.
@@ -42,7 +42,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            layout: Layout::default(),
+            layout: RegisterMap::default(),
             word_order: WordOrder::default(),
             connections: 32,
             idle: Duration::from_secs(60),

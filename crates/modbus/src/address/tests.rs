@@ -14,8 +14,12 @@ fn refused(text: &str) -> String {
 fn what_is_left_out_has_its_default() {
     assert_eq!(parse("modbus-tcp://gateway"), Address::tcp("gateway", 502));
     let address = parse("modbus-rtu:/dev/ttyUSB0");
-    let way =
-        Way::Rtu { device: "/dev/ttyUSB0".to_owned(), baud: 19_200, parity: Parity::Even, stop: Stop::One };
+    let way = Way::Rtu {
+        device: "/dev/ttyUSB0".to_owned(),
+        baud: 19_200,
+        parity: Parity::Even,
+        stop: StopBits::One,
+    };
     assert_eq!(address, Address::new(way));
     assert_eq!(address.timeout, Duration::from_millis(1_000));
     assert_eq!(address.settle, Duration::from_millis(20));
@@ -33,7 +37,7 @@ fn every_option_says_what_it_does() {
         address,
         Address {
             unit: 255,
-            layout: Layout::Plain { out: 200, input: Place { table: Table::Holding, first: 1000 } },
+            layout: Layout::Plain { out: 200, input: RegisterPlace { table: Table::Holding, first: 1000 } },
             order: WordOrder::LowFirst,
             timeout: Duration::from_millis(250),
             settle: Duration::from_millis(5),
@@ -43,13 +47,13 @@ fn every_option_says_what_it_does() {
     let serial = parse("modbus-rtu:COM3?baud=9600&parity=none&stop=2&data=8&unit=7");
     assert_eq!(
         serial.way,
-        Way::Rtu { device: "COM3".to_owned(), baud: 9_600, parity: Parity::None, stop: Stop::Two }
+        Way::Rtu { device: "COM3".to_owned(), baud: 9_600, parity: Parity::None, stop: StopBits::Two }
     );
     assert_eq!(serial.unit, 7);
     let inline = parse("modbus-tcp://coupler?layout=inline");
-    assert_eq!(inline.layout, Layout::Inline { data: Place { table: Table::Holding, first: 8000 } });
+    assert_eq!(inline.layout, Layout::Inline { data: RegisterPlace { table: Table::Holding, first: 8000 } });
     let inline = parse("modbus-tcp://coupler?in=input:8000&layout=inline");
-    assert_eq!(inline.layout, Layout::Inline { data: Place { table: Table::Input, first: 8000 } });
+    assert_eq!(inline.layout, Layout::Inline { data: RegisterPlace { table: Table::Input, first: 8000 } });
 }
 
 #[test]
@@ -122,9 +126,9 @@ fn the_documentation_lists_every_option() {
     }
 }
 
-fn any_place() -> impl Strategy<Value = Place> {
+fn any_place() -> impl Strategy<Value = RegisterPlace> {
     (prop_oneof![Just(Table::Holding), Just(Table::Input)], 0..u16::MAX)
-        .prop_map(|(table, first)| Place { table, first })
+        .prop_map(|(table, first)| RegisterPlace { table, first })
 }
 
 fn any_way() -> impl Strategy<Value = Way> {
@@ -132,7 +136,7 @@ fn any_way() -> impl Strategy<Value = Way> {
     let six = (any::<u128>(), 1..=u16::MAX)
         .prop_map(|(bits, port)| Way::Tcp { host: Ipv6Addr::from_bits(bits).to_string(), port });
     let parity = prop_oneof![Just(Parity::None), Just(Parity::Even), Just(Parity::Odd)];
-    let stop = prop_oneof![Just(Stop::One), Just(Stop::Two)];
+    let stop = prop_oneof![Just(StopBits::One), Just(StopBits::Two)];
     let rtu = ("[^?\\p{Cc}]{1,20}", BAUD, parity, stop).prop_map(|(device, baud, parity, stop)| Way::Rtu {
         device,
         baud,

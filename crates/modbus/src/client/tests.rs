@@ -6,7 +6,7 @@ mod misbehaving;
 mod serial;
 
 use crate::plain::image;
-use crate::registers::{Layout as ServerLayout, WordOrder};
+use crate::registers::{RegisterMap, WordOrder};
 use crate::{Counters, Options, serve};
 
 use std::net::SocketAddr;
@@ -95,7 +95,7 @@ fn words_come_and_go_in_either_order_and_from_either_table() {
 #[test]
 fn our_own_server_is_an_inline_coupler_to_the_client_in_either_order_and_from_either_table() {
     for order in [WordOrder::HighFirst, WordOrder::LowFirst] {
-        let layout = ServerLayout::Inline;
+        let layout = RegisterMap::Inline;
         let server = Server::start(3, Options { layout, word_order: order, ..Options::default() });
         for table in ["holding:8000", "input:8000"] {
             let mut client = server.client(&format!("?layout=inline&order={order}&in={table}"));
@@ -112,7 +112,7 @@ fn our_own_server_is_an_inline_coupler_to_the_client_in_either_order_and_from_ei
             assert_eq!(error, BusError::NoEncoder { position: 3, encoders: 3 });
         }
     }
-    let longest = Server::start(128, Options { layout: ServerLayout::Inline, ..Options::default() });
+    let longest = Server::start(128, Options { layout: RegisterMap::Inline, ..Options::default() });
     let mut client = longest.client("?layout=inline");
     let words: Vec<u32> = (0..128).map(|k| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k)).collect();
     assert_eq!(read(&mut client, 0, 128).unwrap(), words);

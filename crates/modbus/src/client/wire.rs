@@ -20,7 +20,7 @@ use tokio_modbus::client::{Client as _, Context, rtu, tcp};
 use tokio_modbus::{Request, Response, Slave};
 
 use super::line::{Line, Stream};
-use crate::address::Place;
+use crate::address::RegisterPlace;
 use crate::error::{Garbled, ModbusError};
 use crate::registers::Table;
 
@@ -91,7 +91,7 @@ impl Wire {
         stream: impl Stream + 'static,
         unit: u8,
         silence: Span,
-        marker: Place,
+        marker: RegisterPlace,
         deadline: Deadline,
     ) -> Result<Self, ModbusError> {
         let line = Line::new(stream);
@@ -127,7 +127,7 @@ impl Wire {
     /// Reads registers.
     pub(super) async fn read(
         &mut self,
-        place: Place,
+        place: RegisterPlace,
         count: u16,
         deadline: Deadline,
     ) -> Result<Vec<u16>, ModbusError> {

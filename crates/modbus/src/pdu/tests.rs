@@ -6,19 +6,19 @@ use encoring_words::OutWord;
 const ORDERS: [WordOrder; 2] = [WordOrder::HighFirst, WordOrder::LowFirst];
 
 fn answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
-    respond(request, image, Layout::Plain, WordOrder::HighFirst).as_bytes().to_vec()
+    respond(request, image, RegisterMap::Plain, WordOrder::HighFirst).as_bytes().to_vec()
 }
 
 fn inline_answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
-    respond(request, image, Layout::Inline, WordOrder::HighFirst).as_bytes().to_vec()
+    respond(request, image, RegisterMap::Inline, WordOrder::HighFirst).as_bytes().to_vec()
 }
 
 /// The answer on a ring of three, which must leave the image as it was.
 fn refused(request: &[u8]) -> Vec<u8> {
-    refused_by(Layout::Plain, request)
+    refused_by(RegisterMap::Plain, request)
 }
 
-fn refused_by(layout: Layout, request: &[u8]) -> Vec<u8> {
+fn refused_by(layout: RegisterMap, request: &[u8]) -> Vec<u8> {
     let mut changed = image(3);
     let pdu = respond(request, &mut changed, layout, WordOrder::HighFirst);
     assert!(pdu.is_exception(), "{request:02X?}");
@@ -29,14 +29,14 @@ fn refused_by(layout: Layout, request: &[u8]) -> Vec<u8> {
 /// What a ring does with many requests, each on a fresh image, against the plain reading of the rules.
 struct Comparison {
     plain: Plain,
-    layout: Layout,
+    layout: RegisterMap,
     order: WordOrder,
     fresh: ProcessImage,
     compared: usize,
 }
 
 impl Comparison {
-    fn new(encoders: usize, layout: Layout, order: WordOrder) -> Self {
+    fn new(encoders: usize, layout: RegisterMap, order: WordOrder) -> Self {
         let plain = Plain::new(encoders, layout, order);
         Self { plain, layout, order, fresh: image(encoders), compared: 0 }
     }
@@ -83,7 +83,8 @@ impl Comparison {
 #[test]
 fn whatever_changes_in_a_request_the_answer_is_the_one_of_the_plain_rules() {
     let plain = [&requests()[..], &diagnosis()].concat();
-    for (layout, requests) in [(Layout::Plain, plain), (Layout::Inline, inline_requests().to_vec())] {
+    for (layout, requests) in [(RegisterMap::Plain, plain), (RegisterMap::Inline, inline_requests().to_vec())]
+    {
         for order in ORDERS {
             let mut ring = Comparison::new(3, layout, order);
             for request in &requests {
@@ -96,7 +97,7 @@ fn whatever_changes_in_a_request_the_answer_is_the_one_of_the_plain_rules() {
 
 #[test]
 fn whatever_changes_in_the_longest_requests_the_answer_is_the_one_of_the_plain_rules() {
-    let mut ring = Comparison::new(ENCODERS_MAX, Layout::Plain, WordOrder::LowFirst);
+    let mut ring = Comparison::new(ENCODERS_MAX, RegisterMap::Plain, WordOrder::LowFirst);
     ring.sweep(&[3, 0x03, 0xE8, 0, 125]);
     ring.sweep(&[4, 0, 131, 0, 125]);
     let values = |count: usize| (0..2 * count).map(|k| k as u8 ^ 0x5A);
@@ -105,7 +106,7 @@ fn whatever_changes_in_the_longest_requests_the_answer_is_the_one_of_the_plain_r
     ring.sweep(&[3, 0x03, 0x84, 0, 99]);
     ring.sweep(&[4, 0x03, 0x8A, 0, 125]);
 
-    let mut ring = Comparison::new(ENCODERS_MAX, Layout::Inline, WordOrder::LowFirst);
+    let mut ring = Comparison::new(ENCODERS_MAX, RegisterMap::Inline, WordOrder::LowFirst);
     ring.sweep(&[3, 0x05, 0x7C, 0, 125]);
     // From the last IN word on into the OUT words, and up to the last of these.
     ring.sweep(&[4, 0x20, 0x3F, 0, 125]);
@@ -114,17 +115,17 @@ fn whatever_changes_in_the_longest_requests_the_answer_is_the_one_of_the_plain_r
 
 #[test]
 fn every_address_and_every_count_is_judged_by_the_plain_rules() {
-    every_address_and_every_count(Layout::Plain, [0, 0], &[[0, 0], [0, 5], [0x03, 0x84], [0x03, 0x89]]);
+    every_address_and_every_count(RegisterMap::Plain, [0, 0], &[[0, 0], [0, 5], [0x03, 0x84], [0x03, 0x89]]);
 }
 
 #[test]
 fn every_address_and_every_count_is_judged_by_the_plain_rules_in_the_inline_layout_too() {
     let reads = [[0x03, 0x84], [0x05, 0x78], [0x1F, 0x40], [0x1F, 0x4B]];
-    every_address_and_every_count(Layout::Inline, [0x1F, 0x46], &reads);
+    every_address_and_every_count(RegisterMap::Inline, [0x1F, 0x46], &reads);
 }
 
 /// `out` is where the OUT words begin.
-fn every_address_and_every_count(layout: Layout, [out_1, out_0]: [u8; 2], reads: &[[u8; 2]]) {
+fn every_address_and_every_count(layout: RegisterMap, [out_1, out_0]: [u8; 2], reads: &[[u8; 2]]) {
     let mut ring = Comparison::new(3, layout, WordOrder::HighFirst);
     for any in 0..=u16::MAX {
         let [high, low] = any.to_be_bytes();
@@ -279,7 +280,7 @@ fn in_the_inline_layout_function_23_is_exception_01_and_only_out_is_written() {
     let read = inline_answer(&mut ring, &[3, 0x1F, 0x44, 0, 4]);
     assert_eq!(read, [3, 8, 0x80, 0x04, 0x80, 0x05, 0xC2, 0x00, 0x27, 0x0F]);
 
-    let refused = |request: &[u8]| refused_by(Layout::Inline, request);
+    let refused = |request: &[u8]| refused_by(RegisterMap::Inline, request);
     assert_eq!(refused(&[23, 0x1F, 0x46, 0, 2, 0x1F, 0x46, 0, 1, 2, 1, 2]), [0x97, 1]);
     assert_eq!(refused(&[23]), [0x97, 1]);
     // IN, from IN into OUT, the directory, past the last encoder, and what only the plain layout has.

@@ -12,7 +12,7 @@ use encoring_words::InWord;
 use encoring_words::word::In;
 
 use super::Certainty;
-use crate::address::Place;
+use crate::address::RegisterPlace;
 use crate::registers::{DIAGNOSIS, REGISTERS_PER_ENCODER, WordOrder};
 
 /// A master whose bus runs.
@@ -23,9 +23,9 @@ const STATES: [u16; 3] =
 
 /// Registers without a gap and what stood in them, one row for each reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Block {
+pub struct Readout {
     /// The first.
-    pub place: Place,
+    pub place: RegisterPlace,
     /// How many.
     pub count: u16,
     /// Whether it is known that there is none before the first, and none after the last.
@@ -33,10 +33,10 @@ pub struct Block {
     readings: Vec<Vec<u16>>,
 }
 
-impl Block {
+impl Readout {
     /// A block as it was first read.
     #[must_use]
-    pub fn new(place: Place, sharp: (bool, bool), values: Vec<u16>) -> Self {
+    pub fn new(place: RegisterPlace, sharp: (bool, bool), values: Vec<u16>) -> Self {
         let count = u16::try_from(values.len()).unwrap_or(u16::MAX);
         Self { place, count, sharp, readings: vec![values] }
     }
@@ -154,7 +154,7 @@ fn possible(word: u32) -> bool {
 
 /// Weighs the words at these offsets; `None` if there are none.
 #[must_use]
-pub fn weigh(block: &Block, offsets: &[usize], order: WordOrder) -> Option<Weight> {
+pub fn weigh(block: &Readout, offsets: &[usize], order: WordOrder) -> Option<Weight> {
     let mut weight = Weight::default();
     let mut seen = false;
     for offset in offsets {
@@ -193,7 +193,7 @@ pub fn weigh(block: &Block, offsets: &[usize], order: WordOrder) -> Option<Weigh
 
 /// The ways to read a block, the best first; of ways that overlap, a certain one leaves no other.
 #[must_use]
-pub fn hypotheses(block: &Block) -> Vec<Hypothesis> {
+pub fn hypotheses(block: &Readout) -> Vec<Hypothesis> {
     let mut all = Vec::new();
     for order in [WordOrder::HighFirst, WordOrder::LowFirst] {
         for parity in 0..REGISTERS_PER_ENCODER {
@@ -227,7 +227,7 @@ impl Hypothesis {
 }
 
 /// The longest runs of words that encoders can send.
-fn runs(block: &Block, order: WordOrder, parity: usize) -> Vec<Hypothesis> {
+fn runs(block: &Readout, order: WordOrder, parity: usize) -> Vec<Hypothesis> {
     let count = usize::from(block.count);
     let mut found = Vec::new();
     let mut run: Vec<usize> = Vec::new();
@@ -243,7 +243,7 @@ fn runs(block: &Block, order: WordOrder, parity: usize) -> Vec<Hypothesis> {
     found
 }
 
-fn hypothesis(block: &Block, order: WordOrder, run: &[usize]) -> Option<Hypothesis> {
+fn hypothesis(block: &Readout, order: WordOrder, run: &[usize]) -> Option<Hypothesis> {
     let zero = |offset: &usize| block.words(*offset, order).all(|word| word == 0);
     let begins = run.iter().position(|offset| !zero(offset))?;
     let ends = run.iter().rposition(|offset| !zero(offset))?;

@@ -23,7 +23,7 @@ enum Cell {
 }
 
 impl Source for Gateway {
-    fn registers(&mut self, place: Place, count: u16) -> Result<Vec<u16>, ModbusError> {
+    fn registers(&mut self, place: RegisterPlace, count: u16) -> Result<Vec<u16>, ModbusError> {
         self.time += 1;
         let refused = |exception| {
             Err(ModbusError::Refused { function: function(place.table), register: place.first, exception })
@@ -77,9 +77,9 @@ impl Gateway {
         self
     }
 
-    fn search(&mut self) -> Report {
+    fn search(&mut self) -> Findings {
         let address = Address::tcp("gateway", 502);
-        search(self, &address, Limits::default(), |_| ControlFlow::Continue(())).unwrap()
+        search(self, &address, Reach::default(), |_| ControlFlow::Continue(())).unwrap()
     }
 }
 
@@ -102,7 +102,7 @@ fn zeros(count: usize) -> Vec<Cell> {
 }
 
 /// A report as a person would read it.
-fn told(report: &Report) -> String {
+fn told(report: &Findings) -> String {
     let mut text = format!("{}; {} requests\n", report.verdict(), report.requests);
     for candidate in &report.candidates {
         text += &format!("{}: {} ({})\n", candidate.certainty, candidate.address, candidate.encoders);
@@ -118,7 +118,7 @@ fn both(mut check: impl FnMut(WordOrder, &str)) {
     check(WordOrder::LowFirst, "order=low-first");
 }
 
-fn best(report: &Report) -> (Certainty, String, usize) {
+fn best(report: &Findings) -> (Certainty, String, usize) {
     let candidate = &report.candidates[0];
     (candidate.certainty, candidate.address.to_string(), candidate.encoders)
 }
@@ -146,7 +146,7 @@ fn our_own_map_is_found_in_either_order() {
         let mirror = &report.candidates[1];
         assert_eq!(mirror.certainty, Certainty::Certain, "{text}");
         assert!(
-            mirror.evidence.contains(&Evidence::SameAs(Place { table: Table::Input, first: 0 })),
+            mirror.evidence.contains(&Evidence::SameAs(RegisterPlace { table: Table::Input, first: 0 })),
             "{text}"
         );
         assert!(mirror.evidence.contains(&Evidence::OutGuessed(0)), "{text}");
@@ -302,7 +302,7 @@ fn a_time_out_ends_the_search_and_is_told() {
     let mut gateway = Gateway::new().with(Table::Input, 0, encoders(WordOrder::HighFirst));
     gateway.silent_from = 12;
     let address = Address::tcp("gateway", 502);
-    let error = search(&mut gateway, &address, Limits::default(), |_| ControlFlow::Continue(())).unwrap_err();
+    let error = search(&mut gateway, &address, Reach::default(), |_| ControlFlow::Continue(())).unwrap_err();
     assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) }.into());
     assert_eq!(
         error.to_string(),
@@ -329,9 +329,9 @@ fn it_ends_when_it_is_told_to_or_has_used_up_its_requests() {
             true => ControlFlow::Continue(()),
             false => ControlFlow::Break(()),
         };
-        let report = search(&mut gateway(), &address, Limits::default(), progress).unwrap();
+        let report = search(&mut gateway(), &address, Reach::default(), progress).unwrap();
         assert_eq!((report.end, report.requests), (End::Stopped, stop));
-        let limits = Limits { requests: stop, ..Limits::default() };
+        let limits = Reach { requests: stop, ..Reach::default() };
         let report = search(&mut gateway(), &address, limits, |_| ControlFlow::Continue(())).unwrap();
         assert_eq!((report.end, report.requests), (End::Limit, stop));
     }
@@ -347,6 +347,6 @@ fn other_exceptions_for_registers_that_are_not_there_are_understood() {
     let mut gateway = Gateway::new();
     gateway.missing = 0x0B;
     let address = Address::tcp("gateway", 502);
-    let error = search(&mut gateway, &address, Limits::default(), |_| ControlFlow::Continue(())).unwrap_err();
+    let error = search(&mut gateway, &address, Reach::default(), |_| ControlFlow::Continue(())).unwrap_err();
     assert!(matches!(error.error, ModbusError::Refused { exception: 0x0B, .. }));
 }

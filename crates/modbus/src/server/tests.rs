@@ -114,7 +114,7 @@ async fn compare(server: &Server, plain: &mut Plain, bytes: &[u8]) {
 #[tokio::test]
 async fn whatever_changes_in_a_header_there_is_an_answer_or_an_end() {
     let server = Server::start(Options::default()).await;
-    let mut plain = Plain::new(ENCODERS, Layout::Plain, WordOrder::HighFirst);
+    let mut plain = Plain::new(ENCODERS, RegisterMap::Plain, WordOrder::HighFirst);
     let [read, .., write, _] = requests();
     for pdu in [read, write] {
         let frame = framed(0x1234, 1, &pdu);
@@ -142,7 +142,7 @@ async fn whatever_changes_in_a_header_there_is_an_answer_or_an_end() {
 #[tokio::test]
 async fn whatever_length_a_stream_has_there_is_an_answer_or_an_end() {
     let server = Server::start(Options::default()).await;
-    let mut plain = Plain::new(ENCODERS, Layout::Plain, WordOrder::HighFirst);
+    let mut plain = Plain::new(ENCODERS, RegisterMap::Plain, WordOrder::HighFirst);
     for pdu in requests() {
         let frame = framed(0x1234, 1, &pdu);
         for length in 0..frame.len() {
@@ -172,7 +172,7 @@ async fn any_unit_is_answered_with_its_own_number() {
 #[tokio::test]
 async fn requests_in_one_segment_are_answered_in_order() {
     let server = Server::start(Options::default()).await;
-    let mut plain = Plain::new(ENCODERS, Layout::Plain, WordOrder::HighFirst);
+    let mut plain = Plain::new(ENCODERS, RegisterMap::Plain, WordOrder::HighFirst);
     let mut stream = Vec::new();
     for k in 0..200 {
         for (index, pdu) in (0..).zip(requests()) {
@@ -245,7 +245,8 @@ async fn low_first_holds_for_a_whole_server() {
 
 #[tokio::test]
 async fn the_inline_layout_holds_for_a_whole_server() {
-    let options = Options { layout: Layout::Inline, word_order: WordOrder::LowFirst, ..Options::default() };
+    let options =
+        Options { layout: RegisterMap::Inline, word_order: WordOrder::LowFirst, ..Options::default() };
     let server = Server::start(options).await;
     let mut client = server.connect().await;
     ask(&mut client, &[16, 0x1F, 0x46, 0, 2, 4, 0x27, 0x0F, 0xC2, 0x00]).await;

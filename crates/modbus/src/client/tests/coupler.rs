@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::sync::Mutex;
 
-use crate::probe::{Certainty, Evidence, Limits, probe};
+use crate::probe::{Certainty, Evidence, Reach, probe};
 
 /// Function, first register, count.
 type Request = (u8, u16, u16);
@@ -149,7 +149,7 @@ fn a_probe_only_reads() {
     let coupler = Coupler::start(&[0x0101, 0x0233]);
     coupler.set(8000, &[0x0012, 0x3456, 0, 0, 0]);
     let mut client = coupler.client();
-    let limits = Limits { pause: Duration::from_millis(1), ..Limits::default() };
+    let limits = Reach { pause: Duration::from_millis(1), ..Reach::default() };
     let report = probe(&mut client, limits, |_| std::ops::ControlFlow::Continue(())).unwrap();
     assert_eq!(report.candidates[0].address.to_string(), coupler.address);
     assert_eq!(report.candidates[0].certainty, Certainty::Likely);

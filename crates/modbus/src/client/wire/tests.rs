@@ -3,7 +3,7 @@ use super::*;
 use proptest::prelude::*;
 use tokio::io::{AsyncReadExt, AsyncWriteExt, duplex};
 
-const PLACE: Place = Place { table: Table::Input, first: 0 };
+const PLACE: RegisterPlace = RegisterPlace { table: Table::Input, first: 0 };
 const SECOND: Duration = Duration::from_secs(1);
 
 /// The answer to the first request of a connection, function 4, two registers.
