@@ -3,13 +3,10 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use encoring_host::{Outcome, Request, Seen, Services, Session, Timing};
+use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session, SessionPhase, Timing};
 use encoring_words::{Duration, InWord, OutWord};
 
 use crate::bus::{Bus, BusError};
-
-/// The longest pause between two looks for a reply.
-const REPLY_POLL: Duration = Duration::from_millis(1);
 
 /// Why a service was not even begun.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -58,7 +55,7 @@ pub type Observe<'a> = Box<dyn FnMut(&Look) + 'a>;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
     /// The phase of the handshake.
-    pub phase: &'static str,
+    pub phase: SessionPhase,
     /// The OUT word that was to be written.
     pub out: OutWord,
     /// The IN word that was seen, if one was.
@@ -171,7 +168,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             if self.interrupted() {
                 return Err(MasterError::Interrupted);
             }
-            self.rest(true);
+            self.rest(self.timing.next_look(LookFor::Recovery));
         }
     }
 
@@ -182,17 +179,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.written.is_none() && self.tried.iter().any(|out| out.service_bit())
     }
 
-    /// Leaves a gateway in peace for a moment: it has nothing new in every instant. A word that only has to stand is
-    /// looked at a few times, a reply is waited for more closely.
-    fn rest(&mut self, failed: bool) {
-        let settle = self.timing.settle.as_nanos();
-        let pause = match self.session.phase() {
-            _ if failed => settle / 2,
-            "preparing" => settle / 4,
-            _ => (settle / 10).min(REPLY_POLL.as_nanos()),
-        };
-        if pause > 0 {
-            self.bus.wait(Duration::from_nanos(pause));
+    /// Leaves a gateway in peace until the next look.
+    fn rest(&mut self, next: NextLook) {
+        if next.within > Duration::ZERO {
+            self.bus.wait(next.within);
         }
     }
 
@@ -246,7 +236,7 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             if let Some(outcome) = outcome {
                 return Ok(outcome);
             }
-            self.rest(seen.is_none());
+            self.rest(self.session.next_look());
         }
     }
 

@@ -18,4 +18,4 @@ pub mod validity;
 pub use request::{Reply, Request, RequestError};
 pub use seen::Seen;
 pub use service::Services;
-pub use session::{Outcome, Session, Timing};
+pub use session::{LookFor, NextLook, Outcome, Session, SessionPhase, Timing};

@@ -33,6 +33,9 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use crate::request::{Reply, Request};
 use crate::seen::Seen;
 
+/// The longest pause between two looks for a reply.
+const REPLY_POLL: Duration = Duration::from_millis(1);
+
 /// The patience of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
@@ -56,6 +59,19 @@ impl Timing {
         patience: Duration::from_millis(1_000),
         patience_polls: 3,
     };
+
+    /// When to look for something: a word that has to stand is looked at a few times while it does, a reply is waited
+    /// for more closely.
+    #[must_use]
+    pub fn next_look(&self, why: LookFor) -> NextLook {
+        let settle = self.settle.as_nanos();
+        let within = Duration::from_nanos(match why {
+            LookFor::Recovery => settle / 2,
+            LookFor::Settling => settle / 4,
+            LookFor::Reply => (settle / 10).min(REPLY_POLL.as_nanos()),
+        });
+        NextLook { within, why }
+    }
 }
 
 /// What a session says of a service.
@@ -158,28 +174,48 @@ pub struct Busy;
 #[derive(Clone, Copy, Debug)]
 pub struct Session {
     timing: Timing,
-    phase: Phase,
+    phase: SessionPhase,
     out: OutWord,
     /// An earlier request may still be under way in the encoder.
     doubtful: bool,
     /// Bit 29 of the last word seen before the request.
     error_before: bool,
     wait: Wait,
+    /// The last poll brought nothing.
+    failed: bool,
     last: Option<InWord>,
 }
 
+/// The phases of the handshake; the head of [`crate::session`] says what each waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
+pub enum SessionPhase {
+    /// No service is under way.
     Resting,
+    /// The request stands on OUT without its service bit.
     Preparing(Request),
-    Requesting { request: Request, shown: Option<Shown> },
+    /// The request is out.
+    Requesting {
+        /// It.
+        request: Request,
+        /// A reply that has been seen and is not believed yet.
+        shown: Option<ShownReply>,
+    },
+    /// The reply was seen, and the service bit is taken back.
     Ending(Reply),
-    Clearing { ended: Ended, request: Request, fate: Fate },
+    /// The service bit is taken back without a reply.
+    Clearing {
+        /// Why.
+        ended: WhyCleared,
+        /// What was asked.
+        request: Request,
+        /// What is known of it by now.
+        fate: Fate,
+    },
 }
 
 /// A reply, and since when it has been seen without a change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Shown {
+pub struct ShownReply {
     reply: Reply,
     since: Instant,
     polls: u32,
@@ -195,9 +231,31 @@ struct Noted {
 
 /// Why a request is being cleared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Ended {
-    TimedOut { waited_for: WaitedFor, wait: Wait, time: Duration, last: Option<InWord> },
+pub enum WhyCleared {
+    /// No reply came in time.
+    TimedOut(TimedOut),
+    /// It was given up.
     OnDemand,
+}
+
+/// When the encoder is to be looked at again, and why then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NextLook {
+    /// After this time at the latest; sooner does no harm.
+    pub within: Duration,
+    /// What is looked for.
+    pub why: LookFor,
+}
+
+/// What the next look is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LookFor {
+    /// The last poll failed: whether the bus works again. A gateway has nothing new in every instant.
+    Recovery,
+    /// A word only has to stand on OUT: whether IN bit 31 is 0 meanwhile.
+    Settling,
+    /// A reply, or its end.
+    Reply,
 }
 
 /// How long the present phase has lasted.
@@ -217,11 +275,12 @@ impl Session {
     pub fn new(timing: Timing, standing: OutWord) -> Self {
         Self {
             timing,
-            phase: Phase::Resting,
+            phase: SessionPhase::Resting,
             out: OutWord::from(encoring_words::word::Out::Normal(standing.0)),
             doubtful: true,
             error_before: false,
             wait: Wait::default(),
+            failed: false,
             last: None,
         }
     }
@@ -229,19 +288,23 @@ impl Session {
     /// `true` while no service is under way.
     #[must_use]
     pub const fn is_resting(&self) -> bool {
-        matches!(self.phase, Phase::Resting)
+        matches!(self.phase, SessionPhase::Resting)
     }
 
-    /// The phase of the handshake, for whoever shows it.
+    /// The phase of the handshake.
     #[must_use]
-    pub const fn phase(&self) -> &'static str {
-        match self.phase {
-            Phase::Resting => "resting",
-            Phase::Preparing(_) => "preparing",
-            Phase::Requesting { .. } => "requesting",
-            Phase::Ending(_) => "ending",
-            Phase::Clearing { .. } => "clearing",
-        }
+    pub const fn phase(&self) -> SessionPhase {
+        self.phase
+    }
+
+    /// When to poll again.
+    #[must_use]
+    pub fn next_look(&self) -> NextLook {
+        self.timing.next_look(match self.phase {
+            _ if self.failed => LookFor::Recovery,
+            SessionPhase::Preparing(_) => LookFor::Settling,
+            _ => LookFor::Reply,
+        })
     }
 
     /// Starts a service at `now`, and says what OUT shall be for the first poll.
@@ -252,7 +315,7 @@ impl Session {
         if !self.is_resting() {
             return Err(Busy);
         }
-        self.enter(now, Phase::Preparing(request), request.rest());
+        self.enter(now, SessionPhase::Preparing(request), request.rest());
         Ok(self.out)
     }
 
@@ -260,14 +323,15 @@ impl Session {
     /// [`Session::cycle`]. `false` if there is nothing to give up: the service ends by itself, and soon.
     pub fn give_up(&mut self, now: Instant) -> bool {
         match self.phase {
-            Phase::Requesting { request, .. } => {
-                self.clear(now, Ended::OnDemand, request, Fate::Unknown);
+            SessionPhase::Requesting { request, .. } => {
+                self.clear(now, WhyCleared::OnDemand, request, Fate::Unknown);
             }
             // Nothing was sent; the next call says so.
-            Phase::Preparing(request) => {
-                self.phase = Phase::Clearing { ended: Ended::OnDemand, request, fate: Fate::NotSent };
+            SessionPhase::Preparing(request) => {
+                self.phase =
+                    SessionPhase::Clearing { ended: WhyCleared::OnDemand, request, fate: Fate::NotSent };
             }
-            Phase::Resting | Phase::Ending(_) | Phase::Clearing { .. } => return false,
+            SessionPhase::Resting | SessionPhase::Ending(_) | SessionPhase::Clearing { .. } => return false,
         }
         true
     }
@@ -277,11 +341,13 @@ impl Session {
     pub fn cycle(&mut self, now: Instant, seen: Option<Seen>) -> (OutWord, Option<Outcome>) {
         let noted = self.note(now, seen);
         let outcome = match self.phase {
-            Phase::Resting => None,
-            Phase::Preparing(request) => self.prepare(now, request, noted),
-            Phase::Requesting { request, shown } => self.request(now, request, shown, noted),
-            Phase::Ending(reply) => self.end(now, reply, noted),
-            Phase::Clearing { ended, request, fate } => self.clearing(now, ended, request, fate, noted),
+            SessionPhase::Resting => None,
+            SessionPhase::Preparing(request) => self.prepare(now, request, noted),
+            SessionPhase::Requesting { request, shown } => self.request(now, request, shown, noted),
+            SessionPhase::Ending(reply) => self.end(now, reply, noted),
+            SessionPhase::Clearing { ended, request, fate } => {
+                self.clearing(now, ended, request, fate, noted)
+            }
         };
         (self.out, outcome)
     }
@@ -289,6 +355,7 @@ impl Session {
     /// Counts the poll.
     fn note(&mut self, now: Instant, seen: Option<Seen>) -> Option<Noted> {
         self.wait.polls = self.wait.polls.saturating_add(1);
+        self.failed = seen.is_none();
         let Seen { input, age } = seen?;
         self.wait.answered = self.wait.answered.saturating_add(1);
         self.wait.stands.get_or_insert(now);
@@ -302,11 +369,11 @@ impl Session {
             && self.settled(now, self.wait.stands, self.wait.answered)
         {
             self.error_before = shown.error_bit();
-            self.enter(now, Phase::Requesting { request, shown: None }, request.word());
+            self.enter(now, SessionPhase::Requesting { request, shown: None }, request.word());
             return None;
         }
         let timed_out = self.timed_out(now, WaitedFor::Normal, Fate::NotSent)?;
-        self.phase = Phase::Resting;
+        self.phase = SessionPhase::Resting;
         Some(Outcome::TimedOut(timed_out))
     }
 
@@ -314,7 +381,7 @@ impl Session {
         &mut self,
         now: Instant,
         request: Request,
-        shown: Option<Shown>,
+        shown: Option<ShownReply>,
         noted: Option<Noted>,
     ) -> Option<Outcome> {
         // Written again to a gateway that has meanwhile let its outputs fall, the service bit would rise twice.
@@ -323,31 +390,29 @@ impl Session {
         if let Some((reply, left)) = replied {
             let shown = match shown {
                 Some(shown) if shown.reply == reply => {
-                    Shown { polls: shown.polls.saturating_add(1), ..shown }
+                    ShownReply { polls: shown.polls.saturating_add(1), ..shown }
                 }
-                _ => Shown { reply, since: now, polls: 0 },
+                _ => ShownReply { reply, since: now, polls: 0 },
             };
             if self.stands(now, left, shown) {
                 self.doubtful = false;
-                self.enter(now, Phase::Ending(reply), request.rest());
+                self.enter(now, SessionPhase::Ending(reply), request.rest());
                 return None;
             }
-            self.phase = Phase::Requesting { request, shown: Some(shown) };
+            self.phase = SessionPhase::Requesting { request, shown: Some(shown) };
         } else if noted.is_some() {
-            self.phase = Phase::Requesting { request, shown: None };
+            self.phase = SessionPhase::Requesting { request, shown: None };
         }
         if lost || self.is_out_of_patience(now) {
-            let (wait, time) = (self.wait, now.since(self.wait.since));
-            let ended =
-                Ended::TimedOut { waited_for: WaitedFor::Acknowledgement, wait, time, last: self.last };
-            self.clear(now, ended, request, Fate::Unknown);
+            let timed_out = self.in_vain(now, WaitedFor::Acknowledgement, Fate::Unknown);
+            self.clear(now, WhyCleared::TimedOut(timed_out), request, Fate::Unknown);
         }
         None
     }
 
     /// Whether a reply may be believed. A bus that does not show every cycle could have torn it, so there it must be
     /// seen twice; in doubt it must stand for the settling time.
-    fn stands(&self, now: Instant, left: Instant, shown: Shown) -> bool {
+    fn stands(&self, now: Instant, left: Instant, shown: ShownReply) -> bool {
         if self.doubtful {
             return shown.polls > 0
                 && left >= shown.since
@@ -358,12 +423,12 @@ impl Session {
 
     fn end(&mut self, now: Instant, reply: Reply, noted: Option<Noted>) -> Option<Outcome> {
         if noted.is_some_and(|noted| !noted.input.service_bit()) {
-            self.phase = Phase::Resting;
+            self.phase = SessionPhase::Resting;
             return Some(Outcome::Done { reply, error_before: self.error_before });
         }
         let timed_out = self.timed_out(now, WaitedFor::End, Fate::CarriedOut(reply))?;
         self.doubtful = true;
-        self.phase = Phase::Resting;
+        self.phase = SessionPhase::Resting;
         Some(Outcome::TimedOut(timed_out))
     }
 
@@ -371,7 +436,7 @@ impl Session {
     fn clearing(
         &mut self,
         now: Instant,
-        ended: Ended,
+        ended: WhyCleared,
         request: Request,
         fate: Fate,
         noted: Option<Noted>,
@@ -390,29 +455,22 @@ impl Session {
             }
         };
         if !over {
-            self.phase = Phase::Clearing { ended, request, fate };
+            self.phase = SessionPhase::Clearing { ended, request, fate };
             return None;
         }
-        self.phase = Phase::Resting;
+        self.phase = SessionPhase::Resting;
         Some(match ended {
-            Ended::OnDemand => Outcome::GivenUp(GivenUp { fate }),
-            Ended::TimedOut { waited_for, wait, time, last } => Outcome::TimedOut(TimedOut {
-                waited_for,
-                time,
-                polls: wait.polls,
-                answered: wait.answered,
-                last,
-                fate,
-            }),
+            WhyCleared::OnDemand => Outcome::GivenUp(GivenUp { fate }),
+            WhyCleared::TimedOut(timed_out) => Outcome::TimedOut(TimedOut { fate, ..timed_out }),
         })
     }
 
-    fn clear(&mut self, now: Instant, ended: Ended, request: Request, fate: Fate) {
+    fn clear(&mut self, now: Instant, ended: WhyCleared, request: Request, fate: Fate) {
         self.doubtful = true;
-        self.enter(now, Phase::Clearing { ended, request, fate }, request.rest());
+        self.enter(now, SessionPhase::Clearing { ended, request, fate }, request.rest());
     }
 
-    fn enter(&mut self, now: Instant, phase: Phase, out: OutWord) {
+    fn enter(&mut self, now: Instant, phase: SessionPhase, out: OutWord) {
         self.phase = phase;
         self.out = out;
         self.wait = Wait { since: now, ..Wait::default() };
@@ -428,14 +486,13 @@ impl Session {
     }
 
     fn timed_out(&self, now: Instant, waited_for: WaitedFor, fate: Fate) -> Option<TimedOut> {
-        self.is_out_of_patience(now).then(|| TimedOut {
-            waited_for,
-            time: now.since(self.wait.since),
-            polls: self.wait.polls,
-            answered: self.wait.answered,
-            last: self.last,
-            fate,
-        })
+        self.is_out_of_patience(now).then(|| self.in_vain(now, waited_for, fate))
+    }
+
+    /// What was waited for since the present phase began.
+    fn in_vain(&self, now: Instant, waited_for: WaitedFor, fate: Fate) -> TimedOut {
+        let Wait { since, polls, answered, .. } = self.wait;
+        TimedOut { waited_for, time: now.since(since), polls, answered, last: self.last, fate }
     }
 
     /// What the encoder shows in normal mode, as it was seen last: `None` while it shows a reply, or nothing was seen.

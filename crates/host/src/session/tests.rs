@@ -58,7 +58,7 @@ impl Bench {
                 return (polls, outcome);
             }
         }
-        panic!("no outcome in {limit} polls; {}", self.session.phase());
+        panic!("no outcome in {limit} polls; {:?}", self.session.phase());
     }
 
     /// A whole service that the encoder answers with `reply` at once; ends the doubt of the beginning.
@@ -70,7 +70,7 @@ impl Bench {
                 return outcome;
             }
         }
-        panic!("never served; {}", self.session.phase());
+        panic!("never served; {:?}", self.session.phase());
     }
 }
 
@@ -107,7 +107,7 @@ fn a_late_acknowledgement_never_answers_the_next_request() {
     // An encoder shows the reply to a withdrawn request in one cycle.
     assert_eq!(bench.poll(0x8200_1111), None);
     assert_eq!(bench.poll(7), None);
-    assert_eq!(bench.session.phase(), "requesting", "the late reply was not taken");
+    assert!(matches!(bench.session.phase(), SessionPhase::Requesting { .. }), "the late reply was not taken");
     // The right one stands as long as the service bit.
     let mut outcome = None;
     for _ in 0..10 {
@@ -121,7 +121,7 @@ fn a_late_acknowledgement_never_answers_the_next_request() {
 fn a_late_acknowledgement_that_comes_while_clearing_is_told() {
     let mut bench = Bench::direct();
     bench.start(write(0x270F));
-    while bench.session.phase() != "clearing" {
+    while !matches!(bench.session.phase(), SessionPhase::Clearing { .. }) {
         assert_eq!(bench.poll(7), None);
     }
     assert_eq!(bench.out, OutWord(0x4200_270F), "the service bit is taken back");
@@ -198,7 +198,7 @@ fn a_late_reply_on_a_ring_that_has_stopped_does_not_stand() {
     // In doubt, as at every beginning: the last word before the stop was a reply to somebody else's request.
     for age in 1..500 {
         assert_eq!(bench.poll_or_not(Some((0x8200_0001, age * MS))), None);
-        assert_eq!(bench.session.phase(), "requesting");
+        assert!(matches!(bench.session.phase(), SessionPhase::Requesting { .. }));
     }
 }
 
@@ -226,7 +226,7 @@ fn behind_a_gateway_a_reply_must_be_seen_twice() {
     // High word new, low word old.
     bench.poll(0x8200_FFFF);
     bench.poll(0x8200_1234);
-    assert_eq!(bench.session.phase(), "requesting");
+    assert!(matches!(bench.session.phase(), SessionPhase::Requesting { .. }));
     bench.poll(0x8200_1234);
     assert_eq!(bench.poll(5), Some(done(0x1234)));
 }
@@ -383,4 +383,22 @@ proptest! {
             other => prop_assert!(false, "{other:?}"),
         }
     }
+}
+
+#[test]
+fn the_next_look_is_told_with_its_reason() {
+    let timing = Timing { settle: Duration::from_millis(8), ..Timing::DIRECT };
+    let mut bench = Bench::new(timing);
+    bench.start(read());
+    let look = |within_us, why| NextLook { within: Duration::from_micros(within_us), why };
+    assert_eq!(bench.session.next_look(), look(2_000, LookFor::Settling));
+    assert_eq!(bench.poll_or_not(None), None);
+    assert_eq!(bench.session.next_look(), look(4_000, LookFor::Recovery));
+    while !bench.out.service_bit() {
+        assert_ne!(bench.session.next_look().why, LookFor::Reply);
+        assert_eq!(bench.poll(7), None);
+    }
+    assert_eq!(bench.session.next_look(), look(800, LookFor::Reply));
+    let far = Timing { settle: Duration::from_millis(1_000), ..timing };
+    assert_eq!(far.next_look(LookFor::Reply), look(1_000, LookFor::Reply));
 }
