@@ -5,6 +5,7 @@
 
 pub mod device_line;
 pub mod fault;
+mod gaps;
 pub mod memory;
 pub mod motion;
 pub mod node;

@@ -179,3 +179,68 @@ fn what_is_no_kind_is_told_with_what_is_allowed() {
     assert_eq!(refused("lost"), chance("no value", "lost"));
     assert_eq!(refused("ident=33"), "ident takes an identification word of 4 hex digits, as ident=0303");
 }
+
+/// Every kind of a line, the chances with so many of a million.
+fn of_a_line(per_million: u32) -> Vec<Fault> {
+    let lines = Fault::kinds().map(|(fault, ..)| fault).filter(|fault| fault.is_of_line());
+    let with = |mut fault: Fault| {
+        if let Value::Chance(chance) = fault.value() {
+            *chance = per_million;
+        }
+        fault
+    };
+    lines.map(with).collect()
+}
+
+#[test]
+fn however_a_line_is_cut_the_same_bits_are_hit() {
+    for fault in of_a_line(30_000) {
+        let mut single = Injector::new(4);
+        single.set(fault, 1_234, 4_567);
+        let before = pieces();
+        let one_by_one: Vec<bool> = (1_000..)
+            .zip(bits(&before))
+            .map(|(at, bit)| single.pass(at, Bits { bits: u64::from(bit), count: 1 }).bits != 0)
+            .collect();
+        let mut pieces = Injector::new(4);
+        pieces.set(fault, 1_234, 4_567);
+        let after: Vec<_> = before.iter().map(|(at, piece)| (*at, pieces.pass(*at, *piece))).collect();
+        assert_eq!(bits(&after), one_by_one, "{fault}");
+    }
+}
+
+#[test]
+fn what_is_quiet_need_not_pass() {
+    // 40 telegrams a slot, each with a stop bit, so that slots end with a 1.
+    let slot =
+        |at: u64| (0..40).map(move |k| (at + 13 * k, Bits { bits: (at + k) % 4_096 << 1 | 1, count: 13 }));
+    for fault in of_a_line(300) {
+        let (mut every, mut loud) = (Injector::new(9), Injector::new(9));
+        let mut left_out = 0;
+        for began in (0..400).map(|slot| 520 * slot) {
+            if began == 520 * 7 {
+                // From the middle of a slot to the middle of another; it begins in the past.
+                for injector in [&mut every, &mut loud] {
+                    injector.set(fault, 520 * 6 + 100, 520 * 390 + 17);
+                }
+            }
+            if began == 520 * 395 {
+                every.flip(began + 3);
+                loud.flip(began + 3);
+            }
+            let is_quiet = loud.is_quiet(began, began + 520);
+            left_out += u32::from(is_quiet);
+            for (at, piece) in slot(began) {
+                let passed = every.pass(at, piece);
+                let expected = if is_quiet { piece } else { loud.pass(at, piece) };
+                assert_eq!(passed, expected, "{fault} at {at}");
+            }
+        }
+        let expected = match fault {
+            Fault::Bad => 399..=399,
+            Fault::Low | Fault::High | Fault::Silent => 15..=15,
+            _ => 280..=380,
+        };
+        assert!(expected.contains(&left_out), "{fault}: {left_out}");
+    }
+}
