@@ -20,7 +20,7 @@ impl Gaps {
     pub(crate) fn new(per_million: u32) -> Self {
         let others = u128::from(PER_MILLION.saturating_sub(per_million.max(1)));
         let first = ((others << 64) / u128::from(PER_MILLION)) as u64;
-        let squares = |power: &u64| Some((u128::from(*power) * u128::from(*power) >> 64) as u64);
+        let squares = |power: &u64| Some(((u128::from(*power) * u128::from(*power)) >> 64) as u64);
         let powers = std::iter::successors(Some(first), squares).take_while(|power| *power > 0).collect();
         Self { powers }
     }
@@ -34,7 +34,7 @@ impl Gaps {
         let mut likelihood = 1_u128 << 64;
         let mut gap = 0;
         for (digit, power) in self.powers.iter().enumerate().rev() {
-            let longer = likelihood * u128::from(*power) >> 64;
+            let longer = (likelihood * u128::from(*power)) >> 64;
             if longer > u128::from(draw) {
                 likelihood = longer;
                 gap |= 1 << digit;

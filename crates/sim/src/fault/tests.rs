@@ -213,7 +213,7 @@ fn however_a_line_is_cut_the_same_bits_are_hit() {
 fn what_is_quiet_need_not_pass() {
     // 40 telegrams a slot, each with a stop bit, so that slots end with a 1.
     let slot =
-        |at: u64| (0..40).map(move |k| (at + 13 * k, Bits { bits: (at + k) % 4_096 << 1 | 1, count: 13 }));
+        |at: u64| (0..40).map(move |k| (at + 13 * k, Bits { bits: ((at + k) % 4_096) << 1 | 1, count: 13 }));
     for fault in of_a_line(300) {
         let (mut every, mut loud) = (Injector::new(9), Injector::new(9));
         let mut left_out = 0;
