@@ -400,7 +400,7 @@ const fn below(bits: u64) -> u64 {
 
 /// The bits from `from` up to and without `to` of a piece of at most 64 that ends with bit `ends - 1`.
 const fn span(from: u64, to: u64, ends: u64) -> u64 {
-    let low = if to < ends { ends - to } else { 0 };
+    let low = ends.saturating_sub(to);
     let high = ends.saturating_sub(from);
     below(high) & !below(low)
 }
