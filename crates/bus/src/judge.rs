@@ -5,9 +5,9 @@ use std::num::NonZeroU32;
 
 use encoring_host::Seen;
 use encoring_host::validity::{Expectation, Limits, NoExpectation, Position, Recovery, Stop, Validity, Why};
-use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor};
+use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
 use encoring_words::parameter::PARAMETERS;
-use encoring_words::word::{DATA_MAX, In, ServiceFields, ServiceNumber};
+use encoring_words::word::{In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, Instant, Model, Parameter, ParameterSet, Service};
 
 use crate::bus::{Answered, BusError};
@@ -271,47 +271,57 @@ impl Known {
         let value =
             |wanted| values.iter().find(|(parameter, _)| *parameter == wanted).map(|(_, value)| *value);
         let measuring_length = value(Parameter::MeasuringLength);
-        let (numerator, denominator) = (value(Parameter::Numerator), value(Parameter::Denominator));
         let mut blind = Vec::new();
-        if model == Model::Ce65M && value(Parameter::CountingDirection).is_none() {
+        if model.position_may_be_gray() && value(Parameter::CountingDirection).is_none() {
             blind.push(Blind::Code);
         }
         if measuring_length.is_none() {
             blind.push(Blind::Range);
         }
-        let rotary = model != Model::La66;
-        if measuring_length.is_none() || rotary && (numerator.is_none() || denominator.is_none()) {
+        let unknown =
+            |parameter: Parameter| parameter.service().known_to(model) && value(parameter).is_none();
+        if [Parameter::MeasuringLength, Parameter::Numerator, Parameter::Denominator].into_iter().any(unknown)
+        {
             blind.push(Blind::Motion);
         }
         let limited = !blind.is_empty();
-        let mut set = ParameterSet::factory(Sensor::Rotary { steps_per_turn: 4096 });
+        let mut set = ParameterSet::factory(model, model.usual_sensor());
         for (parameter, value) in values {
             set.set(*parameter, *value);
         }
-        if blind.contains(&Blind::Motion) {
-            // A range of so many turns takes every measuring length.
-            set.set(Parameter::Numerator, 0xFFFF);
-            set.set(Parameter::Denominator, 1);
-        }
-        if blind.contains(&Blind::Code) {
-            // In Gray code every number of 24 bits may be in the range.
-            set.set(Parameter::MeasuringLength, DATA_MAX);
-            set.set(Parameter::Numerator, 0xFFFF);
-            set.set(Parameter::Denominator, 1);
+        if !blind.is_empty() {
+            widen(&mut set, model, &blind);
         }
         let expect = |sensor| Expectation::new(model, sensor, &set);
-        let expectation = match (sensor, rotary) {
+        let expectation = match (sensor, model.sensor_kind()) {
             (Some(sensor), _) => expect(sensor),
             // The rod only matters with a limit of its speed, and there is none.
-            (None, false) => expect(Sensor::Linear {
+            (None, SensorKind::Linear) => expect(Sensor::Linear {
                 rod_um: set.measuring_length().saturating_mul(10).clamp(ROD_UM_MIN, ROD_UM_MAX),
             }),
             // With fewer steps per turn a position is less exact, so less is called impossible.
-            (None, true) => expect(Sensor::Rotary { steps_per_turn: 4096 }).or_else(|refused| match model {
-                Model::Ce65M => expect(Sensor::Rotary { steps_per_turn: 8192 }),
-                Model::La66 | Model::Ce100M => Err(refused),
-            }),
+            (None, SensorKind::Rotary { .. }) => {
+                expect(model.usual_sensor()).or_else(|_| expect(model.finest_sensor()))
+            }
         }?;
         Ok(Self { expectation, limited, blind, measuring_length })
+    }
+}
+
+/// Makes the range as wide as the model can have it where it is not known.
+fn widen(set: &mut ParameterSet, model: Model, blind: &[Blind]) {
+    let unknown = |what| blind.contains(&what);
+    // In Gray code every number may be in the range.
+    if (unknown(Blind::Range) || unknown(Blind::Code))
+        && let Some((_, longest)) = Parameter::MeasuringLength.range(model)
+    {
+        set.set(Parameter::MeasuringLength, longest);
+    }
+    // The most turns take every measuring length.
+    if let Some((_, most)) = Parameter::Numerator.range(model) {
+        set.set(Parameter::Numerator, most);
+    }
+    if let Some((least, _)) = Parameter::Denominator.range(model) {
+        set.set(Parameter::Denominator, least);
     }
 }

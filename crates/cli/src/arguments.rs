@@ -1,5 +1,8 @@
 //! Values that more than one command takes.
 
+use std::collections::BTreeSet;
+use std::sync::LazyLock;
+
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
@@ -11,7 +14,7 @@ mod groups;
 pub(crate) mod range;
 
 pub(crate) use encoring_sim::span::read as span;
-pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, possible};
+pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, built_with};
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
@@ -19,9 +22,15 @@ pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
         .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
 }
 
+/// The steps per turn that any rotary encoder can have, as text.
+static NATIVE: LazyLock<Vec<String>> = LazyLock::new(|| {
+    let numbers: BTreeSet<u32> = MODELS.iter().flat_map(|model| model.steps_per_turn()).copied().collect();
+    numbers.iter().map(u32::to_string).collect()
+});
+
 /// Steps per turn, as a rating plate has them.
 pub(crate) fn native() -> impl TypedValueParser<Value = u32> {
-    PossibleValuesParser::new(["4096", "8192"]).try_map(|steps| steps.parse::<u32>())
+    PossibleValuesParser::new(NATIVE.iter().map(String::as_str)).try_map(|steps| steps.parse::<u32>())
 }
 
 /// One parameter, or every one that the model has.

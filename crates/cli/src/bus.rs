@@ -14,7 +14,7 @@ use encoring_words::Duration;
 use encoring_words::model::Sensor;
 
 use crate::arguments::bus::{BusArguments, Encoder, Target};
-use crate::arguments::{TypeLabel, possible};
+use crate::arguments::{TypeLabel, built_with};
 use crate::memories::remember;
 use crate::output::{Failure, bad_input, note};
 use crate::told::{Failed, FailureView};
@@ -137,7 +137,9 @@ impl Encoder {
                 (model, given)
             }
         };
-        possible(model, native)?;
+        if let Some(native) = native {
+            built_with(model, native)?;
+        }
         Ok(Target { position, model, native })
     }
 }

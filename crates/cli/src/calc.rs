@@ -6,9 +6,10 @@ mod view;
 use clap::{Args, Subcommand};
 use encoring_host::scaling::{Native, Ratio, Rotary};
 use encoring_words::Model;
+use encoring_words::model::SensorKind;
 
 use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range};
-use crate::arguments::{Output, TypeLabel, possible};
+use crate::arguments::{Output, TypeLabel, built_with};
 use crate::output::{Answer, Failure, bad_input};
 use view::CalcView;
 
@@ -75,10 +76,12 @@ struct Asked {
 fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
     let TypeLabel { model, native } = arguments.label;
     if let Some(model) = model {
-        if model == Model::La66 {
-            return Err(bad_input("--model la-66 is a rod, no shaft: `encoring calc linear`"));
+        if model.sensor_kind() == SensorKind::Linear {
+            return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
         }
-        possible(model, native)?;
+        if let Some(native) = native {
+            built_with(model, native)?;
+        }
     }
     let native = if native == Some(8192) { Native::Q8192 } else { Native::Q4096 };
     let (steps_per_turn, found) = rotary_range(&arguments.range, native)?;

@@ -46,7 +46,7 @@ impl How {
         values: impl FnOnce(Target) -> Result<Vec<(Parameter, u32)>, Failure>,
     ) -> Result<Answer, Failure> {
         let (mut opened, target) = self.encoder.open()?;
-        let mut program = Program::new(target.model, target.steps_per_turn());
+        let mut program = Program::new(target.model, target.native);
         for (parameter, value) in values(target)? {
             program.set(parameter, value).map_err(bad_input)?;
         }

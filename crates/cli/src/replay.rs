@@ -8,8 +8,7 @@ use encoring_encoder::{ServiceTimes, Unit};
 use encoring_sim::replay::{Difference, compare, play};
 use encoring_sim::{Node, device_line};
 use encoring_trace::{DeviceLine, Reader, Row, Writer};
-use encoring_words::Model;
-use encoring_words::model::Sensor;
+use encoring_words::model::{MODELS, Sensor, Series};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
@@ -96,15 +95,12 @@ impl Arguments {
     /// The encoder of a trace.
     fn unit(&self) -> Result<Unit, Failure> {
         let Some(model) = self.label.model else {
-            return Err(bad_input(
-                "--model is missing: a trace does not name its encoder; it is la-66, ce-100-m or ce-65-m",
-            ));
+            return Err(bad_input(format!(
+                "--model is missing: a trace does not name its encoder; it is {}",
+                Series(&MODELS, "or")
+            )));
         };
-        let usual = match model {
-            Model::La66 => Sensor::Linear { rod_um: 500_000 },
-            Model::Ce100M | Model::Ce65M => Sensor::Rotary { steps_per_turn: 4096 },
-        };
-        let unit = Unit::new(model, self.sensor().unwrap_or(usual));
+        let unit = Unit::new(model, self.sensor().unwrap_or(model.usual_sensor()));
         let mut unit = unit.map_err(|error| bad_input(format!("{}: {error}", self.sensor_option())))?;
         unit.service_times = self.service_times.unwrap_or(Times::Zero).times();
         Ok(unit)

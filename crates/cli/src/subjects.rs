@@ -10,8 +10,8 @@ use encoring_words::{Duration, Model, Parameter};
 use encoring_workshop::ParameterFile;
 
 use crate::arguments;
+use crate::arguments::built_with;
 use crate::arguments::bus::BusArguments;
-use crate::arguments::possible;
 use crate::arguments::span;
 use crate::bus::Opened;
 use crate::output::{Failure, bad_input};
@@ -191,11 +191,10 @@ impl SubjectArguments {
         }
         let native = native.or(file.as_ref().and_then(|(_, file)| file.native));
         // One number may be meant for all, rods among them.
-        possible(model, native.filter(|_| model != Model::La66))?;
-        let sensor = match (model, native) {
-            (Model::La66, _) => None,
-            (Model::Ce100M, _) => Some(Sensor::Rotary { steps_per_turn: 4096 }),
-            (Model::Ce65M, native) => native.map(|steps_per_turn| Sensor::Rotary { steps_per_turn }),
+        let sensor = match (model.steps_per_turn(), native) {
+            ([], _) | ([_, _, ..], None) => None,
+            ([only], None) => Some(Sensor::Rotary { steps_per_turn: *only }),
+            (_, Some(native)) => Some(built_with(model, native)?),
         };
         let values: Vec<(Parameter, u32)> =
             file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();

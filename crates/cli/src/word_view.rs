@@ -318,15 +318,11 @@ fn effect(request: ServiceFields, model: Model) -> &'static [&'static str] {
 
 /// Why a model refuses a request, and what would be right.
 fn refusal(request: ServiceFields, model: Model) -> &'static str {
-    match (request.service, request.access) {
-        (ServiceNumber::Known(service), access) if service.known_to(model) => {
-            match (service.allows(access), access) {
-                (true, _) => "outside the range; the old value stays",
-                (false, Access::Write) => "only reading allowed: set bit 2^30 (read-write bit) to 0",
-                (false, Access::Read) => "only writing allowed: set bit 2^30 (read-write bit) to 1",
-            }
-        }
-        _ => "does not have this service: check the service number",
+    match model.admits(request.service, request.access) {
+        Ok(_) => "outside the range; the old value stays",
+        Err(ErrorStatus::ONLY_READING) => "only reading allowed: set bit 2^30 (read-write bit) to 0",
+        Err(ErrorStatus::ONLY_WRITING) => "only writing allowed: set bit 2^30 (read-write bit) to 1",
+        Err(_) => "does not have this service: check the service number",
     }
 }
 
@@ -427,7 +423,7 @@ impl InModel {
 
 impl Position {
     fn new(value: u32, models: &[Model]) -> Self {
-        let gray = models.iter().any(|model| model.data_sheet().gray).then(|| gray::decode(value));
+        let gray = models.iter().any(|model| model.position_may_be_gray()).then(|| gray::decode(value));
         Self {
             value,
             hex: format!("{value:06X}"),

@@ -281,7 +281,7 @@ fn ranges_that_cannot_be_programmed_are_refused_with_the_nearest_that_works() {
 fn options_that_do_not_go_together_are_bad_usage() {
     refused(
         "rotary --steps-per-turn 1000 --turns 1 --native 8192 --model ce-100-m",
-        "error: --native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096",
+        "error: --native: 8192 steps per turn; a ce-100-m has 4096",
     );
     for arguments in [
         "rotary --turns 1",

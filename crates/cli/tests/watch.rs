@@ -221,7 +221,10 @@ fn parameters_come_from_files_behind_a_gateway() {
         ),
         (&["2"], "--model MODEL is missing"),
         (&["0-2", "--model", "la-66,la-66"], "--model: 2 values for 3 encoders"),
-        (&["1", "--model", "ce-100-m", "--native", "8192"], "--native 8192"),
+        (
+            &["1", "--model", "ce-100-m", "--native", "8192"],
+            "--native: 8192 steps per turn; a ce-100-m has 4096",
+        ),
     ] {
         let said = refused(folder.path(), 2, &[&common[..], arguments].concat());
         assert!(said.starts_with(&format!("error: {message}")), "{said}");

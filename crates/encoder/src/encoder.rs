@@ -1,12 +1,10 @@
 //! The encoder: the parts joined in the order of one exchange.
 
 use embedded_storage::Storage;
-use encoring_words::model::Sensor;
+use encoring_words::model::{Listed, Sensor, Takes};
 use encoring_words::ssi_frame::{Level, SsiFrame};
 use encoring_words::word::{In, Out, ServiceFields, ServiceNumber};
-use encoring_words::{
-    Access, ErrorStatus, InWord, Instant, Model, OutWord, Parameter, ParameterSet, Service,
-};
+use encoring_words::{Access, ErrorStatus, InWord, Instant, OutWord, Parameter, ParameterSet, Service};
 
 use crate::handshake::Handshake;
 use crate::parameters::{Parameters, TakenOver};
@@ -183,9 +181,9 @@ impl Encoder {
         }
     }
 
-    /// An edge of the SSI clock; gives the level of Data+. Only the CE-65-M has the output, the others stay Low.
+    /// An edge of the SSI clock; gives the level of Data+. A model without the output stays Low.
     pub fn ssi_clock(&mut self, now: Instant, clock: Level, terminals: &Terminals) -> Level {
-        if self.unit.model() != Model::Ce65M {
+        if !self.unit.model().has_ssi_output() {
             return Level::Low;
         }
         self.look(now, terminals);
@@ -197,7 +195,11 @@ impl Encoder {
     /// The level of Data+ at `now`, and when it will change without a clock edge.
     #[must_use]
     pub fn ssi_level(&self, now: Instant) -> (Level, Option<Instant>) {
-        if self.unit.model() == Model::Ce65M { self.ssi.level(self.now.max(now)) } else { (Level::Low, None) }
+        if self.unit.model().has_ssi_output() {
+            self.ssi.level(self.now.max(now))
+        } else {
+            (Level::Low, None)
+        }
     }
 
     /// The last multiple of the refresh time since power-up that is not after `now`: the moment whose shaft the
@@ -282,33 +284,8 @@ impl Encoder {
     /// Does what was requested, all of it in this exchange, and forms the reply.
     fn serve(&mut self, request: ServiceFields, memory: &mut impl Storage) -> InWord {
         let ServiceFields { access, service, data, .. } = request;
-        let answer = match (known(service).filter(|s| s.known_to(self.unit.model())), access) {
-            (None, _) => Err(ErrorStatus::UNKNOWN_COMMAND),
-            (Some(service), access) if !service.allows(access) => Err(match access {
-                Access::Read => ErrorStatus::ONLY_WRITING,
-                Access::Write => ErrorStatus::ONLY_READING,
-            }),
-            (Some(Service::DataCheck), _) => Ok(u32::from(self.check(memory).bits())),
-            (Some(Service::PresetAdjustment), _) => {
-                let limit = match self.unit.model() {
-                    Model::La66 => encoring_words::word::DATA_MAX,
-                    Model::Ce100M | Model::Ce65M => self.parameters.active().measuring_length(),
-                };
-                if data > limit {
-                    Err(ErrorStatus::WRITING_DATA)
-                } else {
-                    self.adjust(data, memory);
-                    Ok(data)
-                }
-            }
-            (Some(service), access) => match (Parameter::from_service(service), access) {
-                (None, _) => Err(ErrorStatus::UNKNOWN_COMMAND),
-                (Some(parameter), Access::Read) => {
-                    self.parameters.read(parameter, memory).ok_or(ErrorStatus::READING_DATA)
-                }
-                (Some(parameter), Access::Write) => self.program(parameter, data, memory),
-            },
-        };
+        let listed = self.unit.model().admits(service, access);
+        let answer = listed.and_then(|listed| self.carry_out(listed, access, data, memory));
         let answer = answer.unwrap_or_else(|status| {
             self.errors.raise(status);
             0
@@ -325,19 +302,46 @@ impl Encoder {
         }))
     }
 
+    /// Does what the model admits; gives the data of a read.
+    fn carry_out(
+        &mut self,
+        listed: &Listed,
+        access: Access,
+        data: u32,
+        memory: &mut impl Storage,
+    ) -> Result<u32, ErrorStatus> {
+        match (listed.service, Parameter::from_service(listed.service), access) {
+            (Service::DataCheck, ..) => Ok(u32::from(self.check(memory).bits())),
+            // No value of its own: the preset adjustment.
+            (_, None, _) => {
+                if data > listed.takes.largest(self.parameters.active().measuring_length()) {
+                    return Err(ErrorStatus::WRITING_DATA);
+                }
+                self.adjust(data, memory);
+                Ok(data)
+            }
+            (_, Some(parameter), Access::Read) => {
+                self.parameters.read(parameter, memory).ok_or(ErrorStatus::READING_DATA)
+            }
+            (_, Some(parameter), Access::Write) => self.program(parameter, listed.takes, data, memory),
+        }
+    }
+
     fn program(
         &mut self,
         parameter: Parameter,
+        takes: Takes,
         data: u32,
         memory: &mut impl Storage,
     ) -> Result<u32, ErrorStatus> {
         let refused = ErrorStatus::WRITING_DATA;
-        let value = parameter.normalise(self.unit.model(), data).map_err(|_| refused)?;
+        let value = takes.normalise(data).map_err(|_| refused)?;
         self.parameters.program(parameter, value, memory).map_err(|records::NotStored| refused)?;
-        if parameter == Parameter::Numerator && value == 0 {
-            // Stored all the same, and latched, so that a data check can name the error even if the numerator was put
+        let invalid = takes.invalid(value);
+        if !invalid.is_empty() {
+            // Stored all the same, and latched, so that a data check can name the error even if the value was put
             // right before it [R82, C6].
-            self.errors.raise(ErrorStatus::NUMERATOR_ZERO);
+            self.errors.raise(invalid);
         }
         self.rescale();
         Ok(value)

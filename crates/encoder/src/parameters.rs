@@ -1,11 +1,11 @@
 //! The parameter sets: programmed, accepted, active [R79, R80, C7, C38, C39].
 //!
 //! Services write and read the programmed set, which the EEPROM keeps value by value. The accepted set is what the
-//! last good data check took, and the EEPROM keeps it whole. The position is computed with the active set: on the
-//! rotary encoders the accepted one, on the LA-66 the programmed one.
+//! last good data check took, and the EEPROM keeps it whole. The position is computed with the active set: the accepted
+//! one, or where values take effect at once, as on the LA-66, the programmed one.
 
 use embedded_storage::Storage;
-use encoring_words::model::Sensor;
+use encoring_words::model::{Effect, Sensor};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{ErrorStatus, Model, Parameter, ParameterSet};
 
@@ -26,7 +26,7 @@ impl Parameters {
     /// programmed set was not taken over, which sets bit 29 without a status bit [C39].
     pub(crate) fn power_up(unit: &Unit, memory: &mut impl Storage) -> (Self, ErrorStatus, TakenOver) {
         let (model, sensor) = (unit.model(), unit.sensor());
-        let factory = ParameterSet::factory(sensor);
+        let factory = ParameterSet::factory(model, sensor);
         let mut programmed = factory;
         let mut faults = ErrorStatus::empty();
         for parameter in PARAMETERS.into_iter().filter(|p| p.service().known_to(model)) {
@@ -37,7 +37,7 @@ impl Parameters {
         }
         let complete = faults.is_empty();
         let mut parameters = Self { model, sensor, programmed, active: programmed };
-        if model == Model::La66 {
+        if model.effect() == Effect::AtOnce {
             return (parameters, faults, TakenOver::Yes);
         }
         let accepted = read_accepted(model, sensor, memory);
@@ -84,7 +84,7 @@ impl Parameters {
     ) -> Result<(), NotStored> {
         records::write(memory, Record::Programmed(parameter), &Data(value))?;
         self.programmed.set(parameter, value);
-        if self.model == Model::La66 {
+        if self.model.effect() == Effect::AtOnce {
             self.active = self.programmed;
         }
         Ok(())
@@ -95,9 +95,10 @@ impl Parameters {
         read_programmed(self.model, parameter, memory)
     }
 
-    /// Takes the whole programmed set over in one step; it must be valid. On the LA-66 there is nothing to do.
+    /// Takes the whole programmed set over in one step; it must be valid. Where values take effect at once there
+    /// is nothing to do.
     pub(crate) fn accept(&mut self, memory: &mut impl Storage) -> Result<(), NotStored> {
-        if self.model != Model::La66 {
+        if self.model.effect() == Effect::AtDataCheck {
             records::write(memory, Record::Accepted, &self.programmed)?;
             self.active = self.programmed;
         }
@@ -146,7 +147,7 @@ mod tests {
             records::write(&mut memory, Record::Programmed(parameter), &Data(value)).unwrap();
             let (parameters, faults, taken_over) = Parameters::power_up(&unit, &mut memory);
             assert_eq!((faults, taken_over), (ErrorStatus::READING_DATA, TakenOver::No), "{parameter:?}");
-            assert_eq!(*parameters.programmed(), ParameterSet::factory(unit.sensor()));
+            assert_eq!(*parameters.programmed(), ParameterSet::factory(unit.model(), unit.sensor()));
         }
     }
 
@@ -155,12 +156,12 @@ mod tests {
         let unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 }).unwrap();
         let mut memory = Ram::blank();
         records::format(&unit, &mut memory).unwrap();
-        let mut set = ParameterSet::factory(unit.sensor());
+        let mut set = ParameterSet::factory(unit.model(), unit.sensor());
         set.set(Parameter::Numerator, 1);
         records::write(&mut memory, Record::Accepted, &set).unwrap();
         records::write(&mut memory, Record::Programmed(Parameter::Numerator), &Data(0)).unwrap();
         let (parameters, faults, taken_over) = Parameters::power_up(&unit, &mut memory);
         assert_eq!((faults, taken_over), (ErrorStatus::READING_DATA, TakenOver::No));
-        assert_eq!(*parameters.active(), ParameterSet::factory(unit.sensor()));
+        assert_eq!(*parameters.active(), ParameterSet::factory(unit.model(), unit.sensor()));
     }
 }

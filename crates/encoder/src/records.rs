@@ -6,7 +6,7 @@
 
 use crc::{CRC_32_ISO_HDLC, Crc};
 use embedded_storage::Storage;
-use encoring_words::model::Model;
+use encoring_words::model::{Effect, Model, SensorKind};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Parameter, ParameterSet};
 
@@ -60,13 +60,14 @@ impl Record {
         }
     }
 
-    /// Every record of a model.
+    /// Every record of a model: there is an accepted set only where values wait for the data check, and only a shaft
+    /// has turns to count.
     pub fn of(model: Model) -> impl Iterator<Item = Self> {
-        let parameters =
+        let values =
             PARAMETERS.into_iter().filter(move |p| p.service().known_to(model)).map(Self::Programmed);
-        let others = [Self::Offset, Self::Accepted, Self::TurnCount];
-        // The LA-66 has no accepted set and no turns to count.
-        parameters.chain(others.into_iter().take(if matches!(model, Model::La66) { 1 } else { 3 }))
+        let accepted = (model.effect() == Effect::AtDataCheck).then_some(Self::Accepted);
+        let turns = matches!(model.sensor_kind(), SensorKind::Rotary { .. }).then_some(Self::TurnCount);
+        values.chain([Self::Offset]).chain(accepted).chain(turns)
     }
 }
 
@@ -273,7 +274,7 @@ pub fn write_count(memory: &mut impl Storage, record: Record) -> u32 {
 /// # Errors
 /// [`NotStored`] if the memory refuses.
 pub fn format(unit: &Unit, memory: &mut impl Storage) -> Result<(), NotStored> {
-    let factory = ParameterSet::factory(unit.sensor());
+    let factory = ParameterSet::factory(unit.model(), unit.sensor());
     for record in Record::of(unit.model()) {
         match record {
             Record::Programmed(parameter) => write(memory, record, &Data(factory.value(parameter)))?,

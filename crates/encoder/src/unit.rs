@@ -3,7 +3,7 @@
 use core::fmt;
 use core::str::FromStr;
 
-use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor};
+use encoring_words::model::{Sensor, SensorError};
 use encoring_words::{Access, Duration, Model, Service};
 
 /// A calendar week, as firmware is dated [R117].
@@ -120,50 +120,6 @@ pub enum ZeroLoss {
     WorstAllowed,
 }
 
-/// What does not fit together in a [`Unit`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum UnitError {
-    /// The model is not built with so many steps per turn.
-    StepsPerTurn {
-        /// The model.
-        model: Model,
-        /// What was asked for.
-        steps_per_turn: u32,
-    },
-    /// A rod was asked to turn or a shaft to have a length.
-    WrongSensor {
-        /// The model.
-        model: Model,
-    },
-    /// The rod is too short or too long.
-    RodLength {
-        /// What was asked for, in micrometres.
-        rod_um: u32,
-    },
-}
-
-impl fmt::Display for UnitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::StepsPerTurn { model: Model::Ce65M, steps_per_turn } => {
-                write!(f, "{steps_per_turn} steps per turn; a ce-65-m has 4096 or 8192")
-            }
-            Self::StepsPerTurn { model, steps_per_turn } => {
-                write!(f, "{steps_per_turn} steps per turn; a {model} has 4096")
-            }
-            Self::WrongSensor { model: Model::La66 } => {
-                f.write_str("a la-66 has a rod length, no steps per turn")
-            }
-            Self::WrongSensor { model } => write!(f, "a {model} has steps per turn, no rod length"),
-            Self::RodLength { rod_um } => {
-                write!(f, "a rod of {rod_um} um; the limits are {ROD_UM_MIN} um and {ROD_UM_MAX} um")
-            }
-        }
-    }
-}
-
-impl core::error::Error for UnitError {}
-
 /// One encoder as delivered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
@@ -181,28 +137,18 @@ impl Unit {
     /// An encoder with present-day firmware and default service times.
     ///
     /// # Errors
-    /// [`UnitError`] if the sensor does not belong to the model.
-    pub const fn new(model: Model, sensor: Sensor) -> Result<Self, UnitError> {
-        match (model, sensor) {
-            (Model::La66, Sensor::Linear { rod_um }) => {
-                if rod_um < ROD_UM_MIN || rod_um > ROD_UM_MAX {
-                    return Err(UnitError::RodLength { rod_um });
-                }
-            }
-            (Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 | 8192 })
-            | (Model::Ce100M, Sensor::Rotary { steps_per_turn: 4096 }) => {}
-            (Model::Ce65M | Model::Ce100M, Sensor::Rotary { steps_per_turn }) => {
-                return Err(UnitError::StepsPerTurn { model, steps_per_turn });
-            }
-            _ => return Err(UnitError::WrongSensor { model }),
+    /// [`SensorError`] if the model is not built with the sensor.
+    pub const fn new(model: Model, sensor: Sensor) -> Result<Self, SensorError> {
+        match model.built_with(sensor) {
+            Ok(sensor) => Ok(Self {
+                model,
+                sensor,
+                firmware: Week::AK40,
+                service_times: ServiceTimes::DEFAULT,
+                zero_loss: ZeroLoss::Nearest,
+            }),
+            Err(wrong) => Err(wrong),
         }
-        Ok(Self {
-            model,
-            sensor,
-            firmware: Week::AK40,
-            service_times: ServiceTimes::DEFAULT,
-            zero_loss: ZeroLoss::Nearest,
-        })
     }
 
     /// Its model.
@@ -229,28 +175,6 @@ mod tests {
     extern crate std;
     use super::*;
     use std::string::ToString;
-
-    #[test]
-    fn a_sensor_must_belong_to_its_model() {
-        let rotary = |steps_per_turn| Sensor::Rotary { steps_per_turn };
-        let rod = |rod_um| Sensor::Linear { rod_um };
-        assert!(Unit::new(Model::Ce65M, rotary(8192)).is_ok());
-        assert!(Unit::new(Model::Ce100M, rotary(4096)).is_ok());
-        assert!(Unit::new(Model::La66, rod(500_000)).is_ok());
-        let text = |model, sensor| Unit::new(model, sensor).unwrap_err().to_string();
-        assert_eq!(text(Model::Ce100M, rotary(8192)), "8192 steps per turn; a ce-100-m has 4096");
-        assert_eq!(text(Model::La66, rotary(4096)), "a la-66 has a rod length, no steps per turn");
-        assert_eq!(text(Model::La66, rod(9)), "a rod of 9 um; the limits are 10 um and 167772150 um");
-    }
-
-    #[test]
-    fn rods_are_as_long_as_the_message_says() {
-        let rod = |rod_um| Unit::new(Model::La66, Sensor::Linear { rod_um });
-        assert!(rod(10).is_ok() && rod(167_772_150).is_ok());
-        for rod_um in [0, 9, 167_772_151, u32::MAX] {
-            assert_eq!(rod(rod_um), Err(UnitError::RodLength { rod_um }));
-        }
-    }
 
     #[test]
     fn firmware_weeks_have_an_order() {

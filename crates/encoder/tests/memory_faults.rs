@@ -56,7 +56,7 @@ fn parameter(number: u32) -> Parameter {
 
 /// The set of the factory (`None`) or of one round of writes.
 fn set(bench: &Bench, round: Option<usize>) -> ParameterSet {
-    let mut set = ParameterSet::factory(bench.unit.sensor());
+    let mut set = ParameterSet::factory(bench.unit.model(), bench.unit.sensor());
     if let Some(round) = round {
         for (number, values) in table(bench.model()) {
             set.set(parameter(*number), values[round]);

@@ -317,7 +317,7 @@ fn a_rod_position_above_its_length_wraps_at_24_bits() {
 #[test]
 fn an_offset_that_no_memory_gives_is_taken_as_it_is() {
     let sensor = Sensor::Rotary { steps_per_turn: 4096 };
-    let active = ParameterSet::factory(sensor);
+    let active = ParameterSet::factory(Model::Ce65M, sensor);
     for denominator in [0, 1] {
         assert_eq!(Scale::new(sensor, &active, Offset { num: 100, denominator }).position(7), 107);
     }

@@ -28,7 +28,7 @@ pub struct Preset {
 }
 
 impl Preset {
-    /// Looks at the encoder: its measuring length, above which a rotary one refuses, its code, and its position. Moves
+    /// Looks at the encoder: its measuring length, above which some refuse, its code, and its position. Moves
     /// nothing.
     ///
     /// # Errors
@@ -78,13 +78,11 @@ impl Preset {
 /// # Errors
 /// [`Failure`].
 pub fn code<S: Services>(services: &mut S, model: Model) -> Result<Code, Failure<S::Error>> {
-    match model {
-        Model::La66 | Model::Ce100M => Ok(Code::Binary),
-        Model::Ce65M => {
-            let direction = read(services, model, Parameter::CountingDirection)?;
-            Ok(CountingDirection::from_data(direction.value).code)
-        }
+    if !model.position_may_be_gray() {
+        return Ok(Code::Binary);
     }
+    let direction = read(services, model, Parameter::CountingDirection)?;
+    Ok(CountingDirection::from_data(direction.value).code)
 }
 
 /// The position that a word in this code shows, in steps.

@@ -9,8 +9,8 @@
 //! If a step fails, the old values are written back and checked in the same way. The report says in any case what
 //! every parameter holds now, or that it is not known.
 
-use encoring_words::model::Sensor;
-use encoring_words::parameter::{Code, PARAMETERS, ParameterSet};
+use encoring_words::model::{Effect, Sensor, SensorKind};
+use encoring_words::parameter::{Code, CountingDirection, PARAMETERS, ParameterSet};
 use encoring_words::word::In;
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 
@@ -23,7 +23,7 @@ use crate::session::Fate;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Program {
     model: Model,
-    steps_per_turn: u32,
+    sensor: Sensor,
     wanted: [Option<u32>; PARAMETERS.len()],
 }
 
@@ -118,11 +118,15 @@ impl<E> From<Failure<E>> for Stopped<E> {
 }
 
 impl Program {
-    /// Nothing to program yet. `steps_per_turn` is that of the rating plate, or the largest that the model can have;
-    /// it has no meaning for an LA-66.
+    /// Nothing to program yet. `steps_per_turn` is that of the rating plate; without it, it is taken to be the largest
+    /// that the model can have. A rod has none.
     #[must_use]
-    pub const fn new(model: Model, steps_per_turn: u32) -> Self {
-        Self { model, steps_per_turn, wanted: [None; PARAMETERS.len()] }
+    pub const fn new(model: Model, steps_per_turn: Option<u32>) -> Self {
+        let sensor = match (model.sensor_kind(), steps_per_turn) {
+            (SensorKind::Rotary { .. }, Some(steps_per_turn)) => Sensor::Rotary { steps_per_turn },
+            _ => model.finest_sensor(),
+        };
+        Self { model, sensor, wanted: [None; PARAMETERS.len()] }
     }
 
     /// Adds a value.
@@ -161,11 +165,7 @@ impl Program {
                 set.set(parameter, wanted);
             }
         }
-        let sensor = match self.model {
-            Model::La66 => Sensor::Linear { rod_um: 0 },
-            Model::Ce100M | Model::Ce65M => Sensor::Rotary { steps_per_turn: self.steps_per_turn },
-        };
-        set.validity(self.model, sensor)
+        set.validity(self.model, self.sensor)
     }
 
     /// Reads everything and judges it. Nothing is written; but if an error is pending a data check is run.
@@ -279,13 +279,14 @@ impl<E> Prepared<E> {
             self.earlier = check_once_more(services)?.status;
         }
         find_out(services, self.program.model, &mut self.rows, |_| true)?;
-        let mut set = ParameterSet::default();
+        // A parameter that the model lacks stays as the factory leaves it.
+        let mut set = ParameterSet::factory(self.program.model, self.program.sensor);
         for row in self.rows.iter_mut().flatten() {
             row.before = row.now;
             match row.now {
                 Some(value) => set.set(row.parameter, value),
-                // On a rod the others do not matter.
-                None if row.wanted.is_none() && self.program.model == Model::La66 => {}
+                // Where no data check looks at the values together the others do not matter.
+                None if row.wanted.is_none() && self.program.model.effect() == Effect::AtOnce => {}
                 None => return Err(Stopped::Unreadable { parameter: row.parameter }),
             }
         }
@@ -328,20 +329,19 @@ impl<E> Prepared<E> {
         if checked.is_good() || magnet { Ok(()) } else { Err(Stopped::NotAccepted(checked)) }
     }
 
-    /// A rotary encoder shows no position above its measuring length; a rod can, after a preset.
+    /// No position may lie above the largest, and no error be pending, unless the magnet of a rod can be away.
     fn look<S: Services<Error = E>>(&self, services: &mut S) -> Result<(), Stopped<E>> {
         let shown = services.look().map_err(Failure::Bus)?;
         let now = |parameter| self.rows.iter().flatten().find(|row| row.parameter == parameter)?.now;
         let length = now(Parameter::MeasuringLength).unwrap_or(encoring_words::word::DATA_MAX);
-        let code = match self.program.model {
-            Model::Ce65M => now(Parameter::CountingDirection)
-                .map(|value| encoring_words::parameter::CountingDirection::from_data(value).code),
-            Model::La66 | Model::Ce100M => None,
+        let model = self.program.model;
+        let code = match now(Parameter::CountingDirection) {
+            Some(value) if model.position_may_be_gray() => CountingDirection::from_data(value).code,
+            _ => Code::Binary,
         };
-        let position = position(shown, code.unwrap_or(Code::Binary));
-        let legal = position.is_some_and(|value| value <= length || self.program.model == Model::La66);
-        let faulty =
-            matches!(shown.decode(), In::Position { error: true, .. }) && self.program.model != Model::La66;
+        let legal = position(shown, code).is_some_and(|value| value <= model.largest_position(length));
+        let magnet = model.status_mask().contains(ErrorStatus::OUTSIDE_RANGE);
+        let faulty = matches!(shown.decode(), In::Position { error: true, .. }) && !magnet;
         if legal && !faulty { Ok(()) } else { Err(Stopped::Position { shown, length }) }
     }
 
@@ -432,8 +432,8 @@ fn find_out<S: Services>(
         row.now = read(services, model, row.parameter)?.sure();
         doubts |= row.now.is_none();
     }
-    // A record that could not be read has left its mark in the status; an LA-66 shows none [R95].
-    if doubts && model != Model::La66 {
+    // A record that could not be read has left its mark in the status, where the model has one for it [R95].
+    if doubts && model.status_mask().contains(ErrorStatus::READING_DATA) {
         let status = check_once_more(services)?.status;
         if !status.contains(ErrorStatus::READING_DATA) {
             for row in rows.iter_mut().flatten().filter(|row| pick(row)) {

@@ -1,5 +1,6 @@
 //! What a master may ask of an encoder, and how it tells the answer from every other word.
 
+use encoring_words::explain::Legal;
 use encoring_words::parameter::{OutOfRange, Parameter, within};
 use encoring_words::word::{DATA_MAX, ERROR_BIT, In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, Model, OutWord, Service};
@@ -44,31 +45,32 @@ impl Request {
     }
 
     /// Programs a parameter. A numerator of 0 is refused as well: an encoder would store it, and show an error
-    /// until it is corrected [C6].
+    /// until it is corrected [C6]. Whether the measuring length allows a preset value is for the data check.
     ///
     /// # Errors
     /// [`RequestError`] if the model lacks it, or would refuse the value or show an error for it.
     pub fn write(model: Model, parameter: Parameter, value: u32) -> Result<Self, RequestError> {
         let service = parameter.service();
-        let judged = match parameter {
-            Parameter::Numerator => within(value, 1, 0xFFFF),
-            _ => within(value, 0, DATA_MAX).and_then(|value| parameter.normalise(model, value)),
+        let listed = model.lists(service).ok_or(RequestError::Unknown { service, model })?;
+        let judged = match Legal::of(service, model) {
+            Some(Legal::Whole { low, high }) => within(value, low, high),
+            _ => within(value, 0, DATA_MAX).and_then(|value| listed.takes.normalise(value)),
         };
         match judged {
-            Ok(_) => Self::known(model, Self { service, access: Access::Write, data: value }),
+            Ok(_) => Ok(Self { service, access: Access::Write, data: value }),
             Err(range) => Err(RequestError::Range { service, range }),
         }
     }
 
-    /// Makes the position equal to `value`. `length` is the active measuring length, above which a rotary encoder
-    /// refuses; an LA-66 takes any 24-bit value [R74, R75].
+    /// Makes the position equal to `value`. `length` is the active measuring length, above which some models refuse;
+    /// others take any 24-bit value [R74, R75].
     ///
     /// # Errors
-    /// [`RequestError::Range`] above the limit.
+    /// [`RequestError`] above the limit, or if the model has no preset adjustment.
     pub fn preset(model: Model, value: u32, length: u32) -> Result<Self, RequestError> {
         let service = Service::PresetAdjustment;
-        let high = if model == Model::La66 { DATA_MAX } else { length };
-        match within(value, 0, high) {
+        let listed = model.lists(service).ok_or(RequestError::Unknown { service, model })?;
+        match within(value, 0, listed.takes.largest(length)) {
             Ok(data) => Ok(Self { service, access: Access::Write, data }),
             Err(range) => Err(RequestError::Range { service, range }),
         }

@@ -27,7 +27,7 @@
 //! use encoring_words::{Duration, InWord, Instant, Model, ParameterSet};
 //!
 //! let sensor = Sensor::Rotary { steps_per_turn: 4096 };
-//! let expectation = Expectation::new(Model::Ce65M, sensor, &ParameterSet::factory(sensor))?;
+//! let expectation = Expectation::new(Model::Ce65M, sensor, &ParameterSet::factory(Model::Ce65M, sensor))?;
 //! let mut validity = Validity::new(expectation, Limits::of(Model::Ce65M, Duration::from_micros(500)));
 //! let mut stops = 0;
 //! let mut poll = |ms: u64, word: u32| {

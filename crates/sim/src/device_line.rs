@@ -12,9 +12,9 @@
 
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::unit::NotAWeek;
-use encoring_encoder::{ServiceTimes, Unit, UnitError, ZeroLoss};
+use encoring_encoder::{ServiceTimes, Unit, ZeroLoss};
 use encoring_trace::DeviceLine;
-use encoring_words::model::{Sensor, UnknownModel};
+use encoring_words::model::{Sensor, SensorError, SensorKind, UnknownModel};
 use encoring_words::{Duration, Model};
 
 use crate::memory::Eeprom;
@@ -61,11 +61,14 @@ pub enum Error {
         key: String,
     },
     /// A rod has no usual length.
-    #[error("setting rod_um is missing, a la-66 has no usual rod length")]
-    NoRod,
+    #[error("setting rod_um is missing, a {model} has no usual rod length")]
+    NoRod {
+        /// The model.
+        model: Model,
+    },
     /// The parts do not fit together.
     #[error(transparent)]
-    Unit(#[from] UnitError),
+    Sensor(#[from] SensorError),
     /// The memory image is not that of an encoder.
     #[error("the memory image has {found} bytes, an encoder has {EEPROM_BYTES}")]
     Memory {
@@ -103,7 +106,7 @@ pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> DeviceLine {
 /// # Errors
 /// [`Error`] with what is wrong; the line itself is [`DeviceLine::line`].
 pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
-    let model =
+    let model: Model =
         device.model.parse().map_err(|reason| Error::Model { model: device.model.clone(), reason })?;
     let mut native = None;
     let mut rod_um = None;
@@ -123,15 +126,10 @@ pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
             _ => return Err(Error::Unknown { key: key.clone() }),
         }
     }
-    let sensor = match (model, native, rod_um) {
-        (Model::La66, Some(_), _) | (Model::Ce100M | Model::Ce65M, _, Some(_)) => {
-            return Err(UnitError::WrongSensor { model }.into());
-        }
-        (Model::La66, None, None) => return Err(Error::NoRod),
-        (Model::La66, None, Some(rod_um)) => Sensor::Linear { rod_um },
-        (_, native, None) => Sensor::Rotary { steps_per_turn: native.unwrap_or(4096) },
-    };
-    let mut unit = Unit::new(model, sensor)?;
+    if model.sensor_kind() == SensorKind::Linear && (native, rod_um) == (None, None) {
+        return Err(Error::NoRod { model });
+    }
+    let mut unit = Unit::new(model, model.sensor(native, rod_um)?)?;
     unit.firmware = firmware.unwrap_or(unit.firmware);
     unit.service_times = times.unwrap_or(unit.service_times);
     unit.zero_loss = zero_loss.unwrap_or(unit.zero_loss);

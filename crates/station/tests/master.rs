@@ -54,7 +54,7 @@ const MODELS: [Model; 3] = [Model::La66, Model::Ce100M, Model::Ce65M];
 /// Another value for everything that the model at `position` has.
 fn program(position: usize) -> Program {
     let model = MODELS[position];
-    let mut program = Program::new(model, 4096);
+    let mut program = Program::new(model, Some(4096));
     for (parameter, value) in [
         (Parameter::CountingDirection, 1),
         (Parameter::MeasuringLength, 9_999),
@@ -81,7 +81,8 @@ fn truth(bus: &Simulated, position: usize) -> Option<(ParameterSet, ParameterSet
 
 /// What a new encoder holds.
 fn factory(bus: &Simulated, position: usize) -> ParameterSet {
-    ParameterSet::factory(bus.world().with(|world| world.places()[position].node().unit().sensor()))
+    let unit = bus.world().with(|world| *world.places()[position].node().unit());
+    ParameterSet::factory(unit.model(), unit.sensor())
 }
 
 /// A copy of a memory, to count in.
@@ -193,7 +194,7 @@ fn what_is_already_there_is_not_written_again() {
 #[test]
 fn what_the_data_check_would_refuse_is_not_begun() {
     let mut bus = bus(&three(""));
-    let mut program = Program::new(Model::Ce65M, 4096);
+    let mut program = Program::new(Model::Ce65M, Some(4096));
     program.set(Parameter::Numerator, 10).unwrap();
     let report = program.run(&mut master(&mut bus, 2));
     assert_eq!(report.result, Err(Stopped::WouldBeRefused(ErrorStatus::LENGTH_TOO_LARGE)));
@@ -205,7 +206,7 @@ fn more_steps_than_the_rating_plate_has_are_refused_by_the_encoder_and_taken_bac
     let mut bus = bus(&three(""));
     let before = factory(&bus, 2);
     // Believed to be one with 8192 steps.
-    let mut program = Program::new(Model::Ce65M, 8192);
+    let mut program = Program::new(Model::Ce65M, Some(8192));
     program.set(Parameter::Numerator, 2048).unwrap();
     let report = program.run(&mut master(&mut bus, 2));
     let refused = Check { status: ErrorStatus::LENGTH_TOO_LARGE, remains: true };
@@ -361,7 +362,7 @@ fn memory_faults_at_every_moment_leave_no_doubt() {
 fn a_sound_memory_again_lets_a_refused_write_pass_at_the_second_try() {
     let mut bus = bus(&three(""));
     bus.world().with(|world| world.change(2, &[Change::MemoryFault(CellFault::Write, None)]));
-    let mut program = Program::new(Model::Ce65M, 4096);
+    let mut program = Program::new(Model::Ce65M, Some(4096));
     program.set(Parameter::CountingDirection, 1).unwrap();
     let report = program.run(&mut master(&mut bus, 2));
     let Err(Stopped::Service(Failure::Refused(refusal))) = report.result else { panic!("{report:?}") };
@@ -449,7 +450,7 @@ fn a_preset_lands_on_the_value() {
     }
     let mut bus = bus(&three(""));
     check(&mut master(&mut bus, 2)).unwrap();
-    let mut program = Program::new(Model::Ce65M, 4096);
+    let mut program = Program::new(Model::Ce65M, Some(4096));
     program.set(Parameter::MeasuringLength, 9_999).unwrap();
     program.set(Parameter::CountingDirection, 0x0100).unwrap();
     assert_eq!(program.run(&mut master(&mut bus, 2)).result, Ok(()));

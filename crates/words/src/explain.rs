@@ -6,9 +6,10 @@
 
 use core::fmt;
 
-use crate::parameter::{OutOfRange, SSI_BITS_MAX, SSI_BITS_MIN};
+use crate::model::{Demand, Takes};
+use crate::parameter::OutOfRange;
 use crate::service::{Access, Service};
-use crate::word::{DATA, DATA_MAX, ERROR_BIT, In, InWord, ServiceFields, ServiceNumber};
+use crate::word::{DATA, ERROR_BIT, In, InWord, ServiceFields, ServiceNumber};
 use crate::{ErrorStatus, Model, Parameter};
 
 /// The data that a service takes, as its manual lists them.
@@ -60,44 +61,28 @@ const fn any(byte: u8, name: Option<&'static str>) -> ByteField {
 const DIRECTION_BYTES: [ByteField; 3] =
     [any(2, None), any(1, Some("code")), any(0, Some("counting direction"))];
 
-const SSI_BYTES: [ByteField; 3] = [
-    any(2, Some("repetition")),
-    any(1, Some("code")),
-    ByteField {
-        byte: 0,
-        name: Some("number of data bits"),
-        low: SSI_BITS_MIN as u8,
-        high: SSI_BITS_MAX as u8,
-    },
-];
+const fn ssi_bytes(fewest_bits: u8, most_bits: u8) -> [ByteField; 3] {
+    let bits = ByteField { byte: 0, name: Some("number of data bits"), low: fewest_bits, high: most_bits };
+    [any(2, Some("repetition")), any(1, Some("code")), bits]
+}
 
 impl Legal {
     /// The data that a service of a model takes; `None` if the model lacks it, and for the data check, whose data
     /// have no meaning in a request.
     #[must_use]
     pub const fn of(service: Service, model: Model) -> Option<Self> {
-        if !service.known_to(model) {
-            return None;
-        }
-        let (low, high) = match (service, model) {
-            (Service::CountingDirection, Model::Ce65M) => return Some(Self::Bytes(DIRECTION_BYTES)),
-            (Service::SsiValues, _) => return Some(Self::Bytes(SSI_BYTES)),
-            (Service::PresetValue1 | Service::PresetValue2, Model::Ce100M)
-            | (Service::PresetAdjustment, Model::Ce100M | Model::Ce65M) => {
-                return Some(Self::UpToMeasuringLength);
-            }
-            (Service::PresetAdjustment, Model::La66) => (0, DATA_MAX),
+        let Some(listed) = model.lists(service) else { return None };
+        Some(match listed.takes {
+            Takes::Nothing => return None,
             // A numerator of 0 is stored all the same, see `Answer::Invalid`.
-            (Service::Numerator, _) => (1, 0xFFFF),
-            _ => match Parameter::from_service(service) {
-                Some(parameter) => match parameter.range(model) {
-                    Some(range) => range,
-                    None => return None,
-                },
-                None => return None,
-            },
-        };
-        Some(Self::Whole { low, high })
+            Takes::Number { low: 0, high, demand: Demand::NotZero(_) } => Self::Whole { low: 1, high },
+            Takes::Number { demand: Demand::UpToMeasuringLength(_), .. } | Takes::UpToMeasuringLength => {
+                Self::UpToMeasuringLength
+            }
+            Takes::Number { low, high, .. } => Self::Whole { low, high },
+            Takes::DirectionAndCode => Self::Bytes(DIRECTION_BYTES),
+            Takes::SsiValues { fewest_bits, most_bits } => Self::Bytes(ssi_bytes(fewest_bits, most_bits)),
+        })
     }
 }
 
@@ -134,43 +119,26 @@ impl Answer {
     #[must_use]
     pub fn to(request: ServiceFields, model: Model) -> Self {
         let shown = |status: ErrorStatus| status & model.status_mask();
-        let refused = |status| Self::Refused { status: shown(status) };
-        let service = match request.service {
-            ServiceNumber::Known(service) if service.known_to(model) => service,
-            _ => return refused(ErrorStatus::UNKNOWN_COMMAND),
+        let takes = match model.admits(request.service, request.access) {
+            Ok(_) if request.access == Access::Read => return Self::Done,
+            Ok(listed) => listed.takes,
+            Err(status) => return Self::Refused { status: shown(status) },
         };
-        if !service.allows(request.access) {
-            return refused(match request.access {
-                Access::Write => ErrorStatus::ONLY_READING,
-                Access::Read => ErrorStatus::ONLY_WRITING,
-            });
-        }
-        if request.access == Access::Read {
-            return Self::Done;
-        }
         let data = DATA.of(request.data);
-        let Some(parameter) = Parameter::from_service(service) else {
-            return match Legal::of(service, model) {
-                Some(Legal::UpToMeasuringLength) => {
-                    Self::RefusedAboveLength { status: shown(ErrorStatus::WRITING_DATA) }
-                }
-                _ => Self::Done,
-            };
-        };
-        if parameter.normalise(model, data).is_err() {
-            return refused(ErrorStatus::WRITING_DATA);
+        if takes.normalise(data).is_err() {
+            return Self::Refused { status: shown(ErrorStatus::WRITING_DATA) };
         }
-        match (parameter, model) {
-            (Parameter::Numerator, _) if data == 0 => {
-                Self::Invalid { status: shown(ErrorStatus::NUMERATOR_ZERO) }
+        match takes {
+            Takes::UpToMeasuringLength => {
+                Self::RefusedAboveLength { status: shown(ErrorStatus::WRITING_DATA) }
             }
-            (Parameter::PresetValue1, Model::Ce100M) => {
-                Self::CheckedAgainstLength { status: shown(ErrorStatus::PRESET_1_RANGE) }
+            Takes::Number { demand: Demand::UpToMeasuringLength(status), .. } => {
+                Self::CheckedAgainstLength { status: shown(status) }
             }
-            (Parameter::PresetValue2, Model::Ce100M) => {
-                Self::CheckedAgainstLength { status: shown(ErrorStatus::PRESET_2_RANGE) }
-            }
-            _ => Self::Done,
+            _ => match takes.invalid(data) {
+                fine if fine.is_empty() => Self::Done,
+                status => Self::Invalid { status: shown(status) },
+            },
         }
     }
 
@@ -304,7 +272,7 @@ mod tests {
     use super::*;
     use crate::model::MODELS;
     use crate::service::SERVICES;
-    use crate::word::{Out, OutWord};
+    use crate::word::{DATA_MAX, Out, OutWord};
     use proptest::prelude::*;
     use std::string::ToString;
 
@@ -337,7 +305,7 @@ mod tests {
             panic!("bytes");
         };
         assert_eq!((bits.low, bits.high, bits.of(0x01_02_18)), (0x08, 0x20, 0x18));
-        assert_eq!(SSI_BYTES.map(|byte| byte.of(0x01_02_18)), [0x01, 0x02, 0x18]);
+        assert_eq!(ssi_bytes(8, 32).map(|byte| byte.of(0x01_02_18)), [0x01, 0x02, 0x18]);
     }
 
     #[test]

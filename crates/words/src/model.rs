@@ -1,10 +1,24 @@
-//! The three encoders as data.
+//! The three encoders as data: one entry for each, from which everything that differs between them is looked up.
+//!
+//! Nothing else in the product asks which model it has before it: it asks for a property. A further model is a
+//! further variant of [`Model`], its entry here, and its data sheet in [`crate::sheet`].
 
 use core::fmt;
 use core::str::FromStr;
 
-use crate::sheet::{self, DataSheet};
+use crate::ErrorStatus;
+use crate::service::{Access, Service};
+use crate::sheet::{self, DataSheet, Mechanics};
 use crate::time::Duration;
+use crate::word::{DATA_MAX, ServiceNumber};
+
+mod listed;
+mod sensor;
+
+pub use listed::{Allowed, Demand, Listed, Takes};
+pub use sensor::{ROD_UM_MAX, ROD_UM_MIN, SENSOR_TURNS, Sensor, SensorError, SensorKind};
+
+use listed::Factory;
 
 /// One of the three encoders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -20,93 +34,295 @@ pub enum Model {
 /// Every model.
 pub const MODELS: [Model; 3] = [Model::La66, Model::Ce100M, Model::Ce65M];
 
-/// What measures: the part of an encoder that differs from one delivery to the next.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sensor {
-    /// A shaft, with its steps per turn.
-    Rotary {
-        /// 4096, or 8192 with the option of the CE-65-M [R100].
-        steps_per_turn: u32,
-    },
-    /// A rod, with the measuring length of its type label.
-    Linear {
-        /// In micrometres.
-        rod_um: u32,
-    },
+/// What the manual of a model says; where it is silent, what this project chose.
+struct Entry {
+    name: &'static str,
+    title: &'static str,
+    sensor: SensorKind,
+    services: &'static [Listed],
+    effect: Effect,
+    status_mask: u16,
+    preset_inputs: usize,
+    /// For the limits of a movement, where its own manual gives none.
+    assumed_mechanics: Option<Mechanics>,
+    sheet: &'static DataSheet,
 }
 
-/// Turns that a shaft's sensor tells apart without counting [R100].
-pub const SENSOR_TURNS: u32 = 4096;
+static LA_66: Entry = Entry {
+    name: "la-66",
+    title: "LA-66",
+    sensor: SensorKind::Linear,
+    // [R42, R44, R49, R65..R67, R74, R77]
+    services: &[
+        Listed::value(Service::CountingDirection, Takes::number(0, 1), 0),
+        Listed {
+            factory: Factory::HundredthsOfAMillimetre,
+            ..Listed::value(Service::MeasuringLength, Takes::number(1, DATA_MAX), 1)
+        },
+        Listed::value(Service::PresetValue1, Takes::number(0, DATA_MAX), 0),
+        Listed::preset_adjustment(Takes::number(0, DATA_MAX)),
+        Listed::DATA_CHECK,
+    ],
+    effect: Effect::AtOnce,
+    status_mask: 0x0020,
+    preset_inputs: 1,
+    assumed_mechanics: None,
+    sheet: &sheet::LA_66,
+};
 
-/// The longest rod whose factory resolution of 0.01 mm still fits 24 bits, in micrometres.
-pub const ROD_UM_MAX: u32 = 167_772_150;
+static CE_100_M: Entry = Entry {
+    name: "ce-100-m",
+    title: "CE-100-M",
+    sensor: SensorKind::Rotary { steps_per_turn: &[4096] },
+    // [R42, R53, R54, R57, R58, R67, R75, R78, R90]
+    services: &[
+        Listed::value(Service::CountingDirection, Takes::number(0, 1), 0),
+        Listed::value(Service::MeasuringLength, Takes::number(0x10, DATA_MAX), DATA_MAX),
+        Listed::value(Service::Numerator, NUMERATOR, SENSOR_TURNS),
+        Listed::value(Service::PresetValue1, up_to_length(ErrorStatus::PRESET_1_RANGE), 0),
+        Listed::value(Service::PresetValue2, up_to_length(ErrorStatus::PRESET_2_RANGE), 0),
+        Listed::preset_adjustment(Takes::UpToMeasuringLength),
+        Listed::DATA_CHECK,
+        Listed::value(Service::Denominator, Takes::number(1, 0x63), 1),
+    ],
+    effect: Effect::AtDataCheck,
+    status_mask: 0x638F,
+    preset_inputs: 2,
+    assumed_mechanics: sheet::CE_65_M.mechanics,
+    sheet: &sheet::CE_100_M,
+};
 
-/// The shortest rod with at least one step, in micrometres.
-pub const ROD_UM_MIN: u32 = 10;
+static CE_65_M: Entry = Entry {
+    name: "ce-65-m",
+    title: "CE-65-M",
+    sensor: SensorKind::Rotary { steps_per_turn: &[4096, 8192] },
+    // [R46, R53, R54, R57, R58, R75, R78, R113, R115]
+    services: &[
+        Listed::value(Service::CountingDirection, Takes::DirectionAndCode, 0),
+        Listed::value(Service::MeasuringLength, Takes::number(0x10, DATA_MAX), DATA_MAX),
+        Listed::value(Service::Numerator, NUMERATOR, SENSOR_TURNS),
+        Listed::preset_adjustment(Takes::UpToMeasuringLength),
+        Listed::DATA_CHECK,
+        Listed::value(Service::Denominator, Takes::number(1, 0x63), 1),
+        Listed::value(Service::SsiValues, Takes::SsiValues { fewest_bits: 0x08, most_bits: 0x20 }, 24),
+    ],
+    effect: Effect::AtDataCheck,
+    status_mask: 0x608F,
+    preset_inputs: 0,
+    assumed_mechanics: None,
+    sheet: &sheet::CE_65_M,
+};
 
-/// A name that is not a model's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the models are la-66, ce-100-m and ce-65-m")]
-pub struct UnknownModel;
+/// 0 is stored, and an error as long as it stands [R57, R92, C6].
+const NUMERATOR: Takes =
+    Takes::Number { low: 0, high: 0xFFFF, demand: Demand::NotZero(ErrorStatus::NUMERATOR_ZERO) };
+
+/// A preset that is compared with the measuring length only at the data check [R67, R70, R90].
+const fn up_to_length(status: ErrorStatus) -> Takes {
+    Takes::Number { low: 0, high: DATA_MAX, demand: Demand::UpToMeasuringLength(status) }
+}
+
+/// When a programmed value begins to count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// With the reply: every accepted value is valid, and the data check takes nothing over [R77, C8].
+    AtOnce,
+    /// With a data check or a power-up that finds all values good together [R79, R80].
+    AtDataCheck,
+}
 
 impl Model {
+    const fn entry(self) -> &'static Entry {
+        match self {
+            Self::La66 => &LA_66,
+            Self::Ce100M => &CE_100_M,
+            Self::Ce65M => &CE_65_M,
+        }
+    }
+
     /// Its name in files and on the command line.
     #[must_use]
     pub const fn name(self) -> &'static str {
-        match self {
-            Self::La66 => "la-66",
-            Self::Ce100M => "ce-100-m",
-            Self::Ce65M => "ce-65-m",
-        }
+        self.entry().name
     }
 
     /// Its name in the manuals.
     #[must_use]
     pub const fn title(self) -> &'static str {
-        match self {
-            Self::La66 => "LA-66",
-            Self::Ce100M => "CE-100-M",
-            Self::Ce65M => "CE-65-M",
+        self.entry().title
+    }
+
+    /// What it measures with.
+    #[must_use]
+    pub const fn sensor_kind(self) -> SensorKind {
+        self.entry().sensor
+    }
+
+    /// The steps per turn that it can be built with, the usual and smallest number first; none for a rod [R99, R100].
+    #[must_use]
+    pub const fn steps_per_turn(self) -> &'static [u32] {
+        match self.sensor_kind() {
+            SensorKind::Rotary { steps_per_turn } => steps_per_turn,
+            SensorKind::Linear => &[],
         }
     }
 
-    /// How often the position is refreshed: 1 ms, on the CE-65-M 0.5 ms [R8, R9]. The LA-66's manual is silent;
-    /// 1 ms is this project's choice.
+    /// The services that its manual lists, by number.
+    #[must_use]
+    pub const fn services(self) -> &'static [Listed] {
+        self.entry().services
+    }
+
+    /// What its manual says of a service; `None` if it does not list it [R65, R72, R89].
+    #[must_use]
+    pub const fn lists(self, service: Service) -> Option<&'static Listed> {
+        let mut services = self.services();
+        while let [listed, others @ ..] = services {
+            if listed.service as u8 == service as u8 {
+                return Some(listed);
+            }
+            services = others;
+        }
+        None
+    }
+
+    /// What its manual says of a service that is requested.
+    ///
+    /// # Errors
+    /// The status bit of a request that it refuses whatever its data are [R87..R89].
+    pub const fn admits(
+        self,
+        service: ServiceNumber,
+        access: Access,
+    ) -> Result<&'static Listed, ErrorStatus> {
+        let ServiceNumber::Known(service) = service else { return Err(ErrorStatus::UNKNOWN_COMMAND) };
+        match (self.lists(service), access) {
+            (None, _) => Err(ErrorStatus::UNKNOWN_COMMAND),
+            (Some(Listed { allowed: Allowed::Reading, .. }), Access::Write) => Err(ErrorStatus::ONLY_READING),
+            (Some(Listed { allowed: Allowed::Writing, .. }), Access::Read) => Err(ErrorStatus::ONLY_WRITING),
+            (Some(listed), _) => Ok(listed),
+        }
+    }
+
+    /// When a programmed value begins to count.
+    #[must_use]
+    pub const fn effect(self) -> Effect {
+        self.entry().effect
+    }
+
+    /// The status bits that it may show [R94, R95].
+    #[must_use]
+    pub const fn status_mask(self) -> ErrorStatus {
+        ErrorStatus::from_bits_truncate(self.entry().status_mask)
+    }
+
+    /// How often the position is refreshed [R8, R9]. Where the manual is silent, 1 ms is this project's choice.
     #[must_use]
     pub const fn refresh(self) -> Duration {
-        match self {
-            Self::La66 | Self::Ce100M => Duration::from_micros(1_000),
-            Self::Ce65M => Duration::from_micros(500),
+        match self.data_sheet().refresh {
+            Some(stated) => stated,
+            None => Duration::from_millis(1),
         }
     }
 
     /// How many preset inputs it has [R66, R68, R72].
     #[must_use]
     pub const fn preset_inputs(self) -> usize {
-        match self {
-            Self::La66 => 1,
-            Self::Ce100M => 2,
-            Self::Ce65M => 0,
+        self.entry().preset_inputs
+    }
+
+    /// `true` if service 01 can program the position on the bus to Gray code [R46].
+    #[must_use]
+    pub const fn position_may_be_gray(self) -> bool {
+        matches!(self.lists(Service::CountingDirection), Some(Listed { takes: Takes::DirectionAndCode, .. }))
+    }
+
+    /// `true` if it shows its position on an SSI as well [R103].
+    #[must_use]
+    pub const fn has_ssi_output(self) -> bool {
+        self.data_sheet().ssi.is_some()
+    }
+
+    /// The largest position while `length` is the active measuring length: that, but on a rod, where a preset can
+    /// put any 24-bit value [R74].
+    #[must_use]
+    pub const fn largest_position(self, length: u32) -> u32 {
+        match self.sensor_kind() {
+            SensorKind::Rotary { .. } => length,
+            SensorKind::Linear => DATA_MAX,
         }
     }
 
-    /// The status bits that it may show [R94, R95].
+    /// Mechanical limits: its own, or where its manual gives none those that are assumed of it; `None` without both.
     #[must_use]
-    pub const fn status_mask(self) -> crate::ErrorStatus {
-        crate::ErrorStatus::from_bits_truncate(match self {
-            Self::La66 => 0x0020,
-            Self::Ce100M => 0x638F,
-            Self::Ce65M => 0x608F,
-        })
+    pub const fn mechanics(self) -> Option<Mechanics> {
+        match self.data_sheet().mechanics {
+            Some(stated) => Some(stated),
+            None => self.entry().assumed_mechanics,
+        }
     }
 
     /// Its data sheet.
     #[must_use]
     pub const fn data_sheet(self) -> &'static DataSheet {
-        match self {
-            Self::La66 => &sheet::LA_66,
-            Self::Ce100M => &sheet::CE_100_M,
-            Self::Ce65M => &sheet::CE_65_M,
+        self.entry().sheet
+    }
+
+    /// What is simulated where nobody says what the encoder is built with: the usual steps per turn, or a rod of
+    /// 500 mm, which is this project's choice.
+    #[must_use]
+    pub const fn usual_sensor(self) -> Sensor {
+        match self.steps_per_turn() {
+            [usual, ..] => Sensor::Rotary { steps_per_turn: *usual },
+            [] => Sensor::Linear { rod_um: 500_000 },
+        }
+    }
+
+    /// The same with the most steps per turn.
+    #[must_use]
+    pub const fn finest_sensor(self) -> Sensor {
+        match self.steps_per_turn() {
+            [.., finest] => Sensor::Rotary { steps_per_turn: *finest },
+            [] => self.usual_sensor(),
+        }
+    }
+
+    /// The sensor that somebody describes by its steps per turn or by the length of its rod; the usual one if by
+    /// neither.
+    ///
+    /// # Errors
+    /// [`SensorError`] if the model is not built like that.
+    pub const fn sensor(
+        self,
+        steps_per_turn: Option<u32>,
+        rod_um: Option<u32>,
+    ) -> Result<Sensor, SensorError> {
+        match (steps_per_turn, rod_um) {
+            (None, None) => Ok(self.usual_sensor()),
+            (Some(steps_per_turn), None) => self.built_with(Sensor::Rotary { steps_per_turn }),
+            (None, Some(rod_um)) => self.built_with(Sensor::Linear { rod_um }),
+            (Some(_), Some(_)) => Err(SensorError::OtherKind { model: self }),
+        }
+    }
+
+    /// `sensor`, if the model can be built with it.
+    ///
+    /// # Errors
+    /// [`SensorError`] if it cannot.
+    pub const fn built_with(self, sensor: Sensor) -> Result<Sensor, SensorError> {
+        match (self.sensor_kind(), sensor) {
+            (SensorKind::Rotary { steps_per_turn: mut options }, Sensor::Rotary { steps_per_turn }) => {
+                while let [option, others @ ..] = options {
+                    if *option == steps_per_turn {
+                        return Ok(sensor);
+                    }
+                    options = others;
+                }
+                Err(SensorError::StepsPerTurn { model: self, steps_per_turn })
+            }
+            (SensorKind::Linear, Sensor::Linear { rod_um: ROD_UM_MIN..=ROD_UM_MAX }) => Ok(sensor),
+            (SensorKind::Linear, Sensor::Linear { rod_um }) => Err(SensorError::RodLength { rod_um }),
+            _ => Err(SensorError::OtherKind { model: self }),
         }
     }
 }
@@ -117,11 +333,42 @@ impl fmt::Display for Model {
     }
 }
 
+/// A name that is not a model's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnknownModel;
+
+impl fmt::Display for UnknownModel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the models are {}", Series(&MODELS, "and"))
+    }
+}
+
+impl core::error::Error for UnknownModel {}
+
 impl FromStr for Model {
     type Err = UnknownModel;
 
     fn from_str(name: &str) -> Result<Self, UnknownModel> {
         MODELS.into_iter().find(|model| model.name() == name).ok_or(UnknownModel)
+    }
+}
+
+/// Things in a sentence, with a word before the last: `a, b and c`.
+#[derive(Clone, Copy, Debug)]
+pub struct Series<'a, T>(pub &'a [T], pub &'static str);
+
+impl<T: fmt::Display> fmt::Display for Series<'_, T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(things, word) = self;
+        match things {
+            [] => Ok(()),
+            [only] => only.fmt(f),
+            [first, others @ .., last] => {
+                write!(f, "{first}")?;
+                others.iter().try_for_each(|thing| write!(f, ", {thing}"))?;
+                write!(f, " {word} {last}")
+            }
+        }
     }
 }
 
@@ -139,10 +386,7 @@ mod tests {
     #[test]
     fn the_la_66_sheet_is_empty_where_its_manual_is() {
         let sheet = Model::La66.data_sheet();
-        assert_eq!(
-            *sheet,
-            DataSheet { document: sheet.document, ident_code: 51, words: 2, gray: false, ..sheet::LA_66 }
-        );
+        assert_eq!(*sheet, DataSheet { document: sheet.document, ident_code: 51, words: 2, ..sheet::LA_66 });
         assert!(sheet.supply.is_none() && sheet.kilobaud.is_none() && sheet.refresh.is_none());
         assert!(sheet.connectors.is_empty() && sheet.lamps.is_empty() && sheet.ssi.is_none());
         assert!(sheet.preset_input.is_none() && sheet.temperature.is_none() && sheet.mechanics.is_none());
@@ -182,6 +426,8 @@ mod tests {
     fn titles_and_preset_inputs_are_those_of_the_manuals() {
         assert_eq!(MODELS.map(Model::title), ["LA-66", "CE-100-M", "CE-65-M"]);
         assert_eq!(MODELS.map(Model::preset_inputs), [1, 2, 0]);
+        assert_eq!(MODELS.map(Model::has_ssi_output), [false, false, true]);
+        assert_eq!(MODELS.map(Model::position_may_be_gray), [false, false, true]);
         assert_eq!(Model::Ce65M.data_sheet().temperature.unwrap().storage, (-30, 80));
     }
 
@@ -193,5 +439,44 @@ mod tests {
             assert_eq!(model.to_string().parse(), Ok(model));
         }
         assert_eq!("ce-65".parse::<Model>(), Err(UnknownModel));
+    }
+
+    #[test]
+    fn services_and_steps_per_turn_rise() {
+        for model in MODELS {
+            assert!(model.steps_per_turn().is_sorted_by(|a, b| a < b), "{model}");
+            let numbers = model.services().iter().map(|listed| listed.service.number());
+            assert!(numbers.is_sorted_by(|a, b| a < b), "{model}");
+        }
+    }
+
+    #[test]
+    fn every_status_that_a_value_can_get_lies_in_the_mask() {
+        for model in MODELS {
+            for listed in model.services() {
+                let status = listed.takes.invalid_beside(0, 0) | listed.takes.invalid_beside(DATA_MAX, 0);
+                assert!(model.status_mask().contains(status), "{model} {:?}", listed.service);
+            }
+        }
+    }
+
+    #[test]
+    fn the_refresh_and_the_mechanics_are_stated_or_assumed() {
+        assert_eq!(MODELS.map(|model| model.refresh().as_nanos()), [1_000_000, 1_000_000, 500_000]);
+        assert_eq!(MODELS.map(|model| model.data_sheet().refresh.is_some()), [false, true, true]);
+        assert_eq!(
+            MODELS.map(|model| model.mechanics().map(|limits| limits.speed_rpm)),
+            [None, Some(6000), Some(6000)]
+        );
+        assert_eq!(MODELS.map(|model| model.data_sheet().mechanics.is_some()), [false, false, true]);
+    }
+
+    #[test]
+    fn things_stand_in_a_sentence() {
+        extern crate std;
+        use std::string::ToString;
+        let series = |things| Series(things, "or").to_string();
+        assert_eq!([&[][..], &[1], &[1, 2], &[1, 2, 3]].map(series), ["", "1", "1 or 2", "1, 2 or 3"]);
+        assert_eq!(UnknownModel.to_string(), "the models are la-66, ce-100-m and ce-65-m");
     }
 }

@@ -1,7 +1,7 @@
 //! The programmable values: their layouts, ranges and factory settings.
 
 use crate::ErrorStatus;
-use crate::model::{Model, Sensor};
+use crate::model::{Effect, Listed, Model, SENSOR_TURNS, Sensor, Takes};
 use crate::service::Service;
 use crate::word::DATA_MAX;
 
@@ -100,31 +100,37 @@ impl Parameter {
         }
     }
 
-    /// The range that the encoder accepts as a whole 24-bit value; `None` where the bytes are judged singly (01 on
-    /// the CE-65-M, 0D). The presets of the CE-100 are compared with the measuring length only at the data check,
-    /// and a numerator of 0 is stored as well [C6].
+    /// The range that the encoder accepts as a whole 24-bit value; `None` where the bytes are judged singly, and where
+    /// the model lacks the service. The presets of the CE-100 are compared with the measuring length only at the data
+    /// check, and a numerator of 0 is stored as well [C6].
     #[must_use]
     pub const fn range(self, model: Model) -> Option<(u32, u32)> {
-        Some(match (self, model) {
-            (Self::CountingDirection, Model::Ce65M) | (Self::SsiValues, _) => return None,
-            (Self::CountingDirection, _) => (0, 1),
-            (Self::MeasuringLength, Model::La66) => (1, DATA_MAX),
-            (Self::MeasuringLength, _) => (0x10, DATA_MAX),
-            (Self::Numerator, _) => (0, 0xFFFF),
-            (Self::PresetValue1 | Self::PresetValue2, _) => (0, DATA_MAX),
-            (Self::Denominator, _) => (1, 0x63),
-        })
+        match model.lists(self.service()) {
+            Some(Listed { takes: Takes::Number { low, high, .. }, .. }) => Some((*low, *high)),
+            _ => None,
+        }
     }
 
-    /// The value as the encoder stores and returns it [R47, R114, R119, C11, C19].
+    /// The value as the encoder stores and returns it [R47, R114, R119, C11, C19]. Of a parameter that the model
+    /// lacks, any.
     ///
     /// # Errors
     /// [`OutOfRange`] if it is refused; the old value then stays.
     pub const fn normalise(self, model: Model, data: u32) -> Result<u32, OutOfRange> {
-        match self.range(model) {
-            Some((low, high)) => within(data, low, high),
-            None if matches!(self, Self::SsiValues) => SsiValues::normalise(data),
-            None => Ok(CountingDirection::from_data(data).data()),
+        match model.lists(self.service()) {
+            Some(listed) => listed.takes.normalise(data),
+            None => within(data, 0, DATA_MAX),
+        }
+    }
+
+    /// What stands in the sets of a model that lacks the service: all turns of the sensor, and 24 SSI bits.
+    const fn where_lacking(self) -> u32 {
+        match self {
+            Self::Numerator => SENSOR_TURNS,
+            Self::Denominator => 1,
+            Self::SsiValues => 24,
+            Self::MeasuringLength => DATA_MAX,
+            Self::CountingDirection | Self::PresetValue1 | Self::PresetValue2 => 0,
         }
     }
 }
@@ -166,7 +172,7 @@ impl Code {
     }
 }
 
-/// The meaning of service 01's data [R46]. On the LA-66 and the CE-100-M only 0 and 1 exist, so the code is binary.
+/// The meaning of service 01's data [R46]. Where only 0 and 1 exist the code is binary.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CountingDirection {
     /// Byte 0: 0 rising, otherwise falling.
@@ -203,11 +209,6 @@ pub struct SsiValues {
     pub bits: u8,
 }
 
-/// The fewest data bits of an SSI frame [R115].
-pub const SSI_BITS_MIN: u32 = 0x08;
-/// The most data bits of an SSI frame [R115].
-pub const SSI_BITS_MAX: u32 = 0x20;
-
 impl SsiValues {
     /// From bits 23..0, without judging the number.
     #[must_use]
@@ -226,9 +227,9 @@ impl SsiValues {
     }
 
     /// The number is judged first, also with repetition; repetition then makes it 24 [R119, C19].
-    const fn normalise(data: u32) -> Result<u32, OutOfRange> {
+    pub(crate) const fn normalise(data: u32, fewest: u32, most: u32) -> Result<u32, OutOfRange> {
         let mut values = Self::from_data(data);
-        if let Err(refused) = within(values.bits as u32, SSI_BITS_MIN, SSI_BITS_MAX) {
+        if let Err(refused) = within(values.bits as u32, fewest, most) {
             return Err(refused);
         }
         if values.repetition {
@@ -244,19 +245,25 @@ impl SsiValues {
 pub struct ParameterSet([u32; PARAMETERS.len()]);
 
 impl ParameterSet {
-    /// What a new encoder holds; no manual says, so it is this project's choice: the whole native range, rising,
-    /// binary, presets 0, 24 SSI bits. LA-66: 0.01 mm a step.
+    /// What a new encoder holds; no manual says, so it is this project's choice.
     #[must_use]
-    pub const fn factory(sensor: Sensor) -> Self {
-        let length = match sensor {
-            Sensor::Rotary { .. } => DATA_MAX,
-            Sensor::Linear { rod_um } => match rod_um / 10 {
-                0 => 1,
-                steps if steps > DATA_MAX => DATA_MAX,
-                steps => steps,
-            },
-        };
-        Self([0, length, 4096, 0, 0, 1, 24])
+    pub const fn factory(model: Model, sensor: Sensor) -> Self {
+        const fn value(model: Model, sensor: Sensor, parameter: Parameter) -> u32 {
+            match model.lists(parameter.service()) {
+                Some(listed) => listed.factory(sensor),
+                None => parameter.where_lacking(),
+            }
+        }
+        let [direction, length, numerator, preset_1, preset_2, denominator, ssi] = PARAMETERS;
+        Self([
+            value(model, sensor, direction),
+            value(model, sensor, length),
+            value(model, sensor, numerator),
+            value(model, sensor, preset_1),
+            value(model, sensor, preset_2),
+            value(model, sensor, denominator),
+            value(model, sensor, ssi),
+        ])
     }
 
     /// The value of one parameter.
@@ -311,25 +318,26 @@ impl ParameterSet {
         SsiValues::from_data(self.value(Parameter::SsiValues))
     }
 
-    /// The validity bits of the set, as the data check and power-up look at them [R90, R92, R93, C31]. None on the
-    /// LA-66, where every accepted value is valid.
+    /// The validity bits of the set, as the data check and power-up look at them [R90, R92, R93, C31]. None where a
+    /// value takes effect at once: there every accepted value is valid.
     #[must_use]
     pub fn validity(&self, model: Model, sensor: Sensor) -> ErrorStatus {
-        let Sensor::Rotary { steps_per_turn } = sensor else { return ErrorStatus::empty() };
-        let length = self.measuring_length();
         let mut status = ErrorStatus::empty();
-        let native = u64::from(steps_per_turn) * u64::from(self.numerator());
-        if self.numerator() == 0 {
-            status |= ErrorStatus::NUMERATOR_ZERO;
-        } else if (u64::from(length) + 1) * u64::from(self.denominator()) > native {
-            status |= ErrorStatus::LENGTH_TOO_LARGE;
+        if model.effect() == Effect::AtOnce {
+            return status;
         }
-        if model == Model::Ce100M {
-            if self.value(Parameter::PresetValue1) > length {
-                status |= ErrorStatus::PRESET_1_RANGE;
+        let length = self.measuring_length();
+        for parameter in PARAMETERS {
+            if let Some(listed) = model.lists(parameter.service()) {
+                status |= listed.takes.invalid_beside(self.value(parameter), length);
             }
-            if self.value(Parameter::PresetValue2) > length {
-                status |= ErrorStatus::PRESET_2_RANGE;
+        }
+        if let Sensor::Rotary { steps_per_turn } = sensor
+            && self.numerator() != 0
+        {
+            let native = u64::from(steps_per_turn) * u64::from(self.numerator());
+            if (u64::from(length) + 1) * u64::from(self.denominator()) > native {
+                status |= ErrorStatus::LENGTH_TOO_LARGE;
             }
         }
         status
@@ -344,7 +352,7 @@ mod tests {
     const Q8192: Sensor = Sensor::Rotary { steps_per_turn: 8192 };
 
     fn set(length: u32, numerator: u32, denominator: u32) -> ParameterSet {
-        let mut set = ParameterSet::factory(Q4096);
+        let mut set = ParameterSet::factory(Model::Ce65M, Q4096);
         set.set(Parameter::MeasuringLength, length);
         set.set(Parameter::Numerator, numerator);
         set.set(Parameter::Denominator, denominator);
@@ -444,7 +452,7 @@ mod tests {
 
     #[test]
     fn a_rod_leaves_the_factory_with_a_hundredth_of_a_millimetre() {
-        let steps = |rod_um| ParameterSet::factory(Sensor::Linear { rod_um }).measuring_length();
+        let steps = |rod_um| ParameterSet::factory(Model::La66, Sensor::Linear { rod_um }).measuring_length();
         assert_eq!(steps(500_000), 0xC350);
         assert_eq!(
             (steps(9), steps(u32::MAX)),

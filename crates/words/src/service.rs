@@ -88,28 +88,10 @@ impl Service {
         }
     }
 
-    /// The directions in which the manuals allow it: 06 is write only [R76], 08 read only [R78].
-    #[must_use]
-    pub const fn allows(self, access: Access) -> bool {
-        match self {
-            Self::PresetAdjustment => matches!(access, Access::Write),
-            Self::DataCheck => matches!(access, Access::Read),
-            _ => true,
-        }
-    }
-
     /// `true` if this model's manual lists the service [R65, R72, R89].
     #[must_use]
     pub const fn known_to(self, model: Model) -> bool {
-        match self {
-            Self::CountingDirection | Self::MeasuringLength | Self::PresetAdjustment | Self::DataCheck => {
-                true
-            }
-            Self::Numerator | Self::Denominator => !matches!(model, Model::La66),
-            Self::PresetValue1 => !matches!(model, Model::Ce65M),
-            Self::PresetValue2 => matches!(model, Model::Ce100M),
-            Self::SsiValues => matches!(model, Model::Ce65M),
-        }
+        model.lists(self).is_some()
     }
 }
 

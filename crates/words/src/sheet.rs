@@ -12,14 +12,6 @@ pub struct DataSheet {
     pub ident_code: u8,
     /// Words in each direction [R3].
     pub words: u8,
-    /// Steps per turn, the smallest first [R99, R100].
-    pub steps_per_turn: Option<&'static [u32]>,
-    /// Turns of the sensor [R99, R100].
-    pub turns: Option<u32>,
-    /// Bits of the position: ordinary and optional [R99, R100].
-    pub capacity_bits: Option<(u8, Option<u8>)>,
-    /// `true` if the position can be had in Gray code.
-    pub gray: bool,
     /// Refresh of the position [R8, R9].
     pub refresh: Option<Duration>,
     /// Transfer rate in kBaud, gross and net [R7].
@@ -73,8 +65,6 @@ pub struct SsiSheet {
     pub clock_hz: (u32, u32),
     /// Clock rate in hertz, physically possible from..to, approximately [R111, R112].
     pub clock_hz_limit: (u32, u32),
-    /// Data bits from..to.
-    pub bits: (u8, u8),
     /// Clock input.
     pub clock_input: &'static str,
     /// Data output.
@@ -124,10 +114,6 @@ pub(crate) static LA_66: DataSheet = DataSheet {
     document: "TR-ELA-TI-GB-0001-02, 04/04/2016",
     ident_code: 51,
     words: 2,
-    steps_per_turn: None,
-    turns: None,
-    capacity_bits: None,
-    gray: false,
     refresh: None,
     kilobaud: None,
     interface: None,
@@ -147,10 +133,6 @@ pub(crate) static CE_100_M: DataSheet = DataSheet {
     document: "TR-ECE-TI-D-0001-03, 14.05.1996",
     ident_code: 51,
     words: 2,
-    steps_per_turn: Some(&[4096]),
-    turns: Some(4096),
-    capacity_bits: Some((24, None)),
-    gray: false,
     refresh: Some(Duration::from_millis(1)),
     kilobaud: Some((500, 300)),
     interface: Some(RS422),
@@ -218,10 +200,6 @@ pub(crate) static CE_65_M: DataSheet = DataSheet {
     document: "TR-ECE-BA-GB-0007-03, 04/04/2016",
     ident_code: 51,
     words: 2,
-    steps_per_turn: Some(&[4096, 8192]),
-    turns: Some(4096),
-    capacity_bits: Some((24, Some(25))),
-    gray: true,
     refresh: Some(Duration::from_micros(500)),
     kilobaud: Some((500, 300)),
     interface: Some(RS422),
@@ -230,7 +208,6 @@ pub(crate) static CE_65_M: DataSheet = DataSheet {
     ssi: Some(SsiSheet {
         clock_hz: (80_000, 1_000_000),
         clock_hz_limit: (50_000, 1_100_000),
-        bits: (8, 32),
         clock_input: "optocoupler",
         data_output: "RS422, two-wire",
     }),

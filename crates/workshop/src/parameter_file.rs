@@ -18,6 +18,7 @@ use std::path::Path;
 
 use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{Replacement, read_text};
+use encoring_words::model::Sensor;
 use encoring_words::parameter::{PARAMETERS, Parameter};
 use encoring_words::{Model, word};
 use serde::Deserialize;
@@ -94,7 +95,9 @@ impl ParameterFile {
             .parse()
             .map_err(|cause| Wrong::at("model", format!("model {:?}: {cause}", table.model)))?;
         if let Some(native) = table.native {
-            known_native(model, native).map_err(|problem| Wrong::at("native", problem))?;
+            model
+                .built_with(Sensor::Rotary { steps_per_turn: native })
+                .map_err(|wrong| Wrong::at("native", format!("native: {wrong}")))?;
         }
         let values = table.parameters.iter().map(|(name, value)| {
             value_of(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
@@ -142,15 +145,6 @@ impl ParameterFile {
                 _ => cause.to_string(),
             },
         })
-    }
-}
-
-fn known_native(model: Model, steps: u32) -> Result<(), String> {
-    match (model, steps) {
-        (Model::La66, _) => Err("native: a la-66 has no steps per turn".to_owned()),
-        (_, 4096) | (Model::Ce65M, 8192) => Ok(()),
-        (Model::Ce65M, _) => Err(format!("native = {steps}; it is 4096 or 8192")),
-        (Model::Ce100M, _) => Err(format!("native = {steps}; a ce-100-m has 4096")),
     }
 }
 
@@ -220,7 +214,7 @@ mod tests {
         );
         assert_eq!(
             refusal(&format!("{head}native = 1000\n")),
-            "p.toml line 3: native = 1000; it is 4096 or 8192"
+            "p.toml line 3: native: 1000 steps per turn; a ce-65-m has 4096 or 8192"
         );
         assert_eq!(
             refusal(&format!("{head}[parameters]\npreset_value_1 = 4\n")),

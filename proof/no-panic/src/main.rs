@@ -77,7 +77,7 @@ fn words() {
     black_box(gray::decode(gray::encode(any())));
     let sensor =
         if any() { Sensor::Rotary { steps_per_turn: any() } } else { Sensor::Linear { rod_um: any() } };
-    let mut set = ParameterSet::factory(sensor);
+    let mut set = ParameterSet::factory(model(), sensor);
     for parameter in PARAMETERS {
         black_box(parameter.normalise(model(), any()).ok());
         set.set(parameter, any());
@@ -203,7 +203,7 @@ fn validity() {
     } else {
         Sensor::Linear { rod_um: any() }
     };
-    let mut set = ParameterSet::factory(sensor);
+    let mut set = ParameterSet::factory(model(), sensor);
     for parameter in PARAMETERS {
         set.set(parameter, any());
     }

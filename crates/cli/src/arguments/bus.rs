@@ -56,12 +56,9 @@ impl Target {
         format!("{}.0", self.position + 1)
     }
 
-    /// The most steps per turn that it can have.
-    pub(crate) fn steps_per_turn(self) -> u32 {
-        self.native.unwrap_or(match self.model {
-            Model::La66 | Model::Ce100M => 4096,
-            Model::Ce65M => 8192,
-        })
+    /// The steps per turn, or the most that it can have.
+    pub(crate) fn steps_per_turn(self) -> Option<u32> {
+        self.native.or(self.model.steps_per_turn().last().copied())
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use encoring_station::Speed;
+use encoring_words::model::Sensor;
 use encoring_words::{Duration, Model};
 
 use super::{model, native, span};
@@ -39,20 +40,15 @@ pub(crate) struct TypeLabel {
     /// The encoder's model; a simulated ring and a recording know it
     #[arg(long, value_parser = model(), global = true)]
     pub(crate) model: Option<Model>,
-    /// Steps per turn on the rating plate of a rotary encoder; 8192 is an option of the ce-65-m
+    /// Steps per turn on the rating plate of a rotary encoder
     #[arg(long, value_name = "STEPS", value_parser = native(), global = true)]
     pub(crate) native: Option<u32>,
 }
 
-/// Refuses steps per turn that a model never has.
-pub(crate) fn possible(model: Model, native: Option<u32>) -> Result<(), Failure> {
-    match (model, native) {
-        (Model::La66, Some(_)) => Err(bad_input("--native: a la-66 has no steps per turn")),
-        (Model::Ce100M, Some(8192)) => {
-            Err(bad_input("--native 8192 is an option of the ce-65-m; a ce-100-m has --native 4096"))
-        }
-        _ => Ok(()),
-    }
+/// The sensor with these steps per turn, unless the model is never built with it.
+pub(crate) fn built_with(model: Model, steps_per_turn: u32) -> Result<Sensor, Failure> {
+    let sensor = model.built_with(Sensor::Rotary { steps_per_turn });
+    sensor.map_err(|wrong| bad_input(format!("--native: {wrong}")))
 }
 
 /// Where simulated encoders remember.

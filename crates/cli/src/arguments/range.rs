@@ -104,10 +104,10 @@ pub(crate) fn rotary_range(range: &RotaryRange, native: Native) -> Result<(Ratio
 }
 
 /// The values of a range.
-pub(crate) fn values(range: &Range, steps_per_turn: u32) -> Result<Vec<(Parameter, u32)>, Failure> {
+pub(crate) fn values(range: &Range, steps_per_turn: Option<u32>) -> Result<Vec<(Parameter, u32)>, Failure> {
     match range {
         Range::Rotary(range) => {
-            let native = if steps_per_turn == 8192 { Native::Q8192 } else { Native::Q4096 };
+            let native = if steps_per_turn == Some(8192) { Native::Q8192 } else { Native::Q4096 };
             let (_, found) = rotary_range(range, native)?;
             Ok(vec![
                 (Parameter::MeasuringLength, found.scaling.measuring_length()),

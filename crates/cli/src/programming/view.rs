@@ -59,7 +59,7 @@ impl RowView {
 
 /// The code in which a word shows the position, as far as the rows know.
 fn code(rows: &[&ParameterRow], pick: impl Fn(&ParameterRow) -> Option<u32>, model: Model) -> Option<Code> {
-    if model != Model::Ce65M {
+    if !model.position_may_be_gray() {
         return Some(Code::Binary);
     }
     let direction = rows.iter().find(|row| row.parameter == Parameter::CountingDirection);

@@ -412,7 +412,7 @@ mod tests {
     fn status(scaling: RotaryScaling, native: Native) -> ErrorStatus {
         use encoring_words::Parameter as P;
         let sensor = Sensor::Rotary { steps_per_turn: native.steps_per_turn() };
-        let mut set = ParameterSet::factory(sensor);
+        let mut set = ParameterSet::factory(Model::Ce65M, sensor);
         for (parameter, value) in [
             (P::MeasuringLength, scaling.measuring_length()),
             (P::Numerator, scaling.fraction.numerator()),

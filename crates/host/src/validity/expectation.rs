@@ -2,10 +2,8 @@
 
 use core::num::NonZeroU32;
 
-use encoring_words::model::Sensor;
+use encoring_words::model::{Sensor, SensorKind};
 use encoring_words::parameter::{Code, OutOfRange, Parameter};
-use encoring_words::sheet::Mechanics;
-use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, ErrorStatus, Model, ParameterSet};
 
 use super::track::Space;
@@ -67,14 +65,19 @@ impl Expectation {
         };
         let measuring_length = check(Parameter::MeasuringLength)?;
         let length = i128::from(measuring_length);
-        match (model, sensor) {
-            (Model::La66, Sensor::Linear { rod_um }) if rod_um > 0 => Ok(Self {
-                code: Code::Binary,
-                largest: DATA_MAX,
+        let code = match model.position_may_be_gray() {
+            true => active.counting_direction().code,
+            false => Code::Binary,
+        };
+        let largest = model.largest_position(measuring_length);
+        match (model.sensor_kind(), sensor) {
+            (SensorKind::Linear, Sensor::Linear { rod_um }) if rod_um > 0 => Ok(Self {
+                code,
+                largest,
                 measuring_length,
                 moved: Moved::Magnet { rod_um: i128::from(rod_um) },
             }),
-            (Model::Ce100M | Model::Ce65M, Sensor::Rotary { steps_per_turn }) if steps_per_turn > 0 => {
+            (SensorKind::Rotary { .. }, Sensor::Rotary { steps_per_turn }) if steps_per_turn > 0 => {
                 let numerator = i128::from(check(Parameter::Numerator)?);
                 let denominator = i128::from(check(Parameter::Denominator)?);
                 let wrong = active.validity(model, sensor)
@@ -85,8 +88,8 @@ impl Expectation {
                 let native = denominator * (length + 1);
                 let steps_per_turn = i128::from(steps_per_turn);
                 Ok(Self {
-                    code: if model == Model::Ce65M { active.counting_direction().code } else { Code::Binary },
-                    largest: measuring_length,
+                    code,
+                    largest,
                     measuring_length,
                     moved: Moved::Shaft {
                         step: steps_per_turn * numerator,
@@ -170,9 +173,6 @@ pub enum Recovery {
     After(NonZeroU32),
 }
 
-/// The mechanics of the CE-65-M's data sheet. The CE-100-M's is silent; the same are assumed of it.
-const SHAFT: Option<Mechanics> = Model::Ce65M.data_sheet().mechanics;
-
 impl Limits {
     /// The limits of a model's data sheet, on a ring whose data cycle takes at most `cycle`; stale after 100 ms.
     ///
@@ -180,11 +180,11 @@ impl Limits {
     /// no limit. 100 ms are this project's choice.
     #[must_use]
     pub const fn of(model: Model, cycle: Duration) -> Self {
-        let (speed_rpm, acceleration_rad_s2) = match (model, SHAFT) {
-            (Model::Ce100M | Model::Ce65M, Some(mechanics)) => {
+        let (speed_rpm, acceleration_rad_s2) = match model.mechanics() {
+            Some(mechanics) => {
                 (NonZeroU32::new(mechanics.speed_rpm), NonZeroU32::new(mechanics.acceleration_rad_s2))
             }
-            _ => (None, None),
+            None => (None, None),
         };
         Self {
             speed_rpm,

@@ -24,7 +24,11 @@ struct Bench {
 }
 
 fn set(sensor: Sensor, values: &[(Parameter, u32)]) -> ParameterSet {
-    let mut set = ParameterSet::factory(sensor);
+    let model = match sensor {
+        Sensor::Rotary { .. } => Model::Ce65M,
+        Sensor::Linear { .. } => Model::La66,
+    };
+    let mut set = ParameterSet::factory(model, sensor);
     for (parameter, value) in values {
         set.set(*parameter, *value);
     }

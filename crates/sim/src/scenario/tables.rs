@@ -10,7 +10,7 @@ use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
-use encoring_words::model::Sensor;
+use encoring_words::model::{Sensor, SensorKind};
 use encoring_words::{Duration, Instant, Model};
 use serde::Deserialize;
 
@@ -285,23 +285,16 @@ impl DeviceTable {
             .model
             .parse()
             .map_err(|unknown| Wrong::at("model", format!("model \"{}\"; {unknown}", self.model)))?;
-        let (key, sensor) = match (model, self.rod_mm, self.native) {
-            (Model::La66, rod_mm, None) => {
-                let rod_mm = within("rod_mm", rod_mm.unwrap_or(500), 1, 167_772)?;
-                ("rod_mm", Sensor::Linear { rod_um: rod_mm as u32 * 1000 })
-            }
-            (Model::La66, _, Some(_)) => {
-                return Err(Wrong::at("native", "native is for shafts; a la-66 has rod_mm"));
-            }
-            (_, Some(_), _) => {
-                return Err(Wrong::at("rod_mm", format!("rod_mm is for the la-66; a {model} has native")));
-            }
-            (_, None, native) => {
-                let steps = within("native", native.unwrap_or(4096), 1, 65_536)?;
-                ("native", Sensor::Rotary { steps_per_turn: steps as u32 })
-            }
+        let native = self.native.map(|native| within("native", native, 1, 65_536)).transpose()?;
+        let rod_mm = self.rod_mm.map(|rod_mm| within("rod_mm", rod_mm, 1, 167_772)).transpose()?;
+        let key = match model.sensor_kind() {
+            SensorKind::Rotary { .. } if rod_mm.is_none() => "native",
+            SensorKind::Linear if native.is_some() => "native",
+            _ => "rod_mm",
         };
-        Unit::new(model, sensor).map_err(|wrong| Wrong::at(key, wrong.to_string()))
+        let sensor = model.sensor(native.map(|steps| steps as u32), rod_mm.map(|mm| mm as u32 * 1000));
+        let unit = sensor.and_then(|sensor| Unit::new(model, sensor));
+        unit.map_err(|wrong| Wrong::at(key, wrong.to_string()))
     }
 }
 
@@ -343,7 +336,8 @@ impl MotionTable {
                         rpm * f64::from(steps_per_turn) / 60.0
                     }
                     (Sensor::Linear { .. }, None, Some(_)) => {
-                        return Err(Wrong::at("rpm", "rpm is for shafts; a la-66 moves per_s micrometres"));
+                        let told = format!("rpm is for shafts; a {} moves per_s micrometres", unit.model());
+                        return Err(Wrong::at("rpm", told));
                     }
                     _ => return Err(Wrong::new("speed takes either per_s or rpm")),
                 };
@@ -433,7 +427,7 @@ impl SetTable {
             changes.push(eeprom.read().map_err(|wrong| wrong.inside("eeprom"))?);
         }
         if let Some(present) = self.magnet {
-            if unit.model() != Model::La66 {
+            if unit.model().sensor_kind() != SensorKind::Linear {
                 return Err(Wrong::at("magnet", format!("magnet: a {} has none", unit.model())));
             }
             changes.push(Change::Magnet(if present { Magnet::Present } else { Magnet::Missing }));

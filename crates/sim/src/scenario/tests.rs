@@ -148,7 +148,7 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
         (one("rodd_mm = 3\n"), "s.toml line 5: unknown field `rodd_mm`"),
         (
             one("rod_mm = 3\n"),
-            "s.toml line 5: device at position 0: rod_mm is for the la-66; a ce-100-m has native",
+            "s.toml line 5: device at position 0: a ce-100-m has steps per turn, no rod length",
         ),
         (one("native = 8192\n"), "device at position 0: 8192 steps per turn; a ce-100-m has 4096"),
         (one("firmware = \"41/97\"\n"), "firmware \"41/97\": a firmware week is written WW/YYYY"),
