@@ -3,7 +3,7 @@
 use clap::Args;
 use encoring_modbus::Client;
 use encoring_modbus::address::Layout;
-use encoring_modbus::inline::DATA;
+use encoring_modbus::place::DATA;
 use encoring_ring::diagnostics::Place;
 use encoring_sim::scan::scan;
 

@@ -9,7 +9,7 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_modbus::{Counters, RegisterMap, WordOrder};
+use encoring_modbus::{Counters, RegisterMap, Snapshot, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Recorder;
@@ -198,7 +198,8 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     };
     report.start(station.first_view())?;
 
-    if let Some(listener) = modbus {
+    let served = modbus.is_some().then(Arc::<Counters>::default);
+    if let Some((listener, counters)) = modbus.zip(served.clone()) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,
             word_order: arguments.word_order,
@@ -206,7 +207,6 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
             idle: Real::from_secs(u64::from(arguments.modbus_idle)),
         };
         let image = station.handle().image().clone();
-        let counters = Arc::new(Counters::default());
         tokio::spawn(encoring_modbus::serve(
             listener,
             image,
@@ -234,6 +234,9 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     }
     finish_recording(partial, &outcome)?;
     report.events(&outcome.events)?;
+    if let Some(counters) = served {
+        report.served(counters.snapshot())?;
+    }
     report.end(&outcome.view)?;
     Ok(Answer::Yes)
 }
@@ -389,6 +392,24 @@ struct Listening<'a> {
     control: Option<&'a str>,
 }
 
+/// What the Modbus server has seen, the line before the last.
+#[derive(Serialize)]
+struct Served {
+    event: &'static str,
+    requests: u64,
+    exceptions: u64,
+    closed: Closed,
+    accept_errors: u64,
+}
+
+/// Connections that the server closed, and why.
+#[derive(Serialize)]
+struct Closed {
+    bad_frames: u64,
+    idle: u64,
+    too_many: u64,
+}
+
 /// A line of counters for programs, and the last of all.
 #[derive(Serialize)]
 struct CountersLine<'a> {
@@ -474,6 +495,36 @@ impl Report {
             writeln!(out, "{at}: {cycles} cycles, {faulty} faulty, {dropped} dropped")?;
         }
         out.flush()
+    }
+
+    /// What the Modbus server has seen.
+    fn served(&self, seen: Snapshot) -> io::Result<()> {
+        let Snapshot { requests, exceptions, .. } = seen;
+        let closed = Closed {
+            bad_frames: seen.closed_bad_frames,
+            idle: seen.closed_idle,
+            too_many: seen.refused_connections,
+        };
+        let mut out = io::stdout().lock();
+        if self.format == Format::Json {
+            let accept_errors = seen.accept_errors;
+            let line = Served { event: "served", requests, exceptions, closed, accept_errors };
+            return writeln!(out, "{}", serde_json::to_string(&line)?);
+        }
+        if requests > 0 {
+            writeln!(out, "modbus: {requests} requests, {exceptions} of them answered with an exception")?;
+        }
+        let Closed { bad_frames, idle, too_many } = closed;
+        if bad_frames + idle + too_many > 0 {
+            writeln!(
+                out,
+                "modbus: connections closed: {bad_frames} sent no Modbus, {idle} were idle, {too_many} were too many"
+            )?;
+        }
+        if seen.accept_errors > 0 {
+            writeln!(out, "modbus: {} connections that the system could not hand over", seen.accept_errors)?;
+        }
+        Ok(())
     }
 
     fn end(&self, view: &View) -> io::Result<()> {

@@ -4,9 +4,10 @@
 use std::process::Command;
 
 use encoring_encoder::Unit;
-use encoring_host::scaling::{HandshakeWord, Judged, Native, linear, rotary};
+use encoring_host::scaling::{Expected, HandshakeWord, Native, linear, rotary};
 use encoring_sim::{Node, Surroundings};
 use encoring_words::model::Sensor;
+use encoring_words::word::In;
 use encoring_words::{Instant, Model, OutWord};
 use serde_json::Value;
 
@@ -335,7 +336,13 @@ fn positions_after<const SHAFTS: usize>(
     };
     let mut last = OutWord(0);
     for step in sequence {
-        let waited = (0..1000).find(|_| step.expected.judge(cycle(step.out, 0)) == Judged::Good);
+        let waited = (0..1000).find(|_| {
+            let seen = cycle(step.out, 0);
+            match step.expected {
+                Expected::Position => matches!(seen.decode(), In::Position { error: false, .. }),
+                Expected::Reply(reply) => seen == reply,
+            }
+        });
         assert!(waited.is_some(), "{step:?}");
         last = step.out;
     }

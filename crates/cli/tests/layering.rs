@@ -73,6 +73,35 @@ fn crates_depend_on_each_other_as_the_architecture_says_and_need_every_permissio
     assert_eq!(rows, seen, "the table has a row for every crate and no other");
 }
 
+/// All of ours that a package needs for its library or program, directly or not.
+fn needed(of: &str) -> BTreeSet<String> {
+    let metadata = MetadataCommand::new().manifest_path(root().join("Cargo.toml")).no_deps().exec().unwrap();
+    let mut needed = BTreeSet::new();
+    let mut open = vec![of.to_owned()];
+    while let Some(name) = open.pop() {
+        let package = metadata.packages.iter().find(|package| *package.name == format!("{PREFIX}{name}"));
+        let edges = package.unwrap().dependencies.iter().filter(|edge| edge.kind == DependencyKind::Normal);
+        for edge in edges.filter_map(|edge| edge.name.strip_prefix(PREFIX)) {
+            if needed.insert(edge.to_owned()) {
+                open.push(edge.to_owned());
+            }
+        }
+    }
+    needed
+}
+
+#[test]
+fn whoever_uses_a_bus_or_modbus_does_not_build_the_simulator() {
+    for user in ["bus", "modbus"] {
+        let needed = needed(user);
+        for simulates in ["encoder", "device", "sim", "station", "trace"] {
+            assert!(!needed.contains(simulates), "{user} needs {simulates}");
+        }
+    }
+    assert!(needed("modbus").contains("bus"), "what is needed was looked for");
+    assert!(needed("control").contains("ring"), "also through others");
+}
+
 #[test]
 fn the_core_builds_without_the_standard_library() {
     for core in ["words", "encoder", "ring", "host", "device"] {

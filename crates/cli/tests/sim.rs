@@ -54,13 +54,20 @@ impl Sim {
     }
 
     /// Ends it as `signal` would, and gives its last line.
-    fn end(mut self, signal: &str) -> serde_json::Value {
+    fn end(self, signal: &str) -> serde_json::Value {
+        let [_, last] = self.last_two(signal);
+        last
+    }
+
+    /// The same with the line before it.
+    fn last_two(mut self, signal: &str) -> [serde_json::Value; 2] {
         let pid = self.program.id().to_string();
         assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
         let mut rest = String::new();
         self.lines.read_to_string(&mut rest).unwrap();
         assert_eq!(self.program.wait().unwrap().code(), Some(0));
-        serde_json::from_str(rest.lines().last().unwrap()).unwrap()
+        let lines: Vec<&str> = rest.lines().collect();
+        lines.last_chunk().unwrap().map(|line| serde_json::from_str(line).unwrap())
     }
 }
 
@@ -113,6 +120,22 @@ fn the_first_line_for_programs_says_where_it_listens_and_signals_end_it_with_0()
         assert_eq!(last["faulty_cycles"], 0);
         assert_eq!(last["segment_faults"], serde_json::json!([0, 0, 0, 0]));
     }
+}
+
+#[test]
+fn at_its_end_it_tells_what_the_modbus_server_has_seen() {
+    let sim = Sim::start(Path::new("."), &[]);
+    let mut client = sim.connect("modbus");
+    read_in(&mut client, 0);
+    assert_eq!(ask(&mut client, &[7]), [0x87, 1], "no function that is served");
+    let [served, _] = sim.last_two("-TERM");
+    assert_eq!(
+        served,
+        serde_json::json!({
+            "event": "served", "requests": 2, "exceptions": 1,
+            "closed": { "bad_frames": 0, "idle": 0, "too_many": 0 }, "accept_errors": 0,
+        })
+    );
 }
 
 #[test]

@@ -24,4 +24,4 @@ pub use fraction::{Choice, Chosen, Fraction, Turns, TurnsOutside};
 pub use linear::{Linear, LinearScaling, ResolutionOutside, linear};
 pub use ratio::{Deviation, NumberError, Ratio, Rounded, Rounding};
 pub use rotary::{LengthOutside, Native, Rotary, RotaryError, RotaryScaling, TooLarge, ZeroRisk, rotary};
-pub use sequence::{Expected, HandshakeStep, HandshakeWord, Judged};
+pub use sequence::{Expected, HandshakeStep, HandshakeWord};

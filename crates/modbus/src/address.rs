@@ -12,8 +12,7 @@ use std::str::FromStr;
 
 use encoring_words::Duration;
 
-use crate::inline;
-use crate::registers::{Table, WordOrder};
+use crate::place::{DATA, RegisterPlace, Table, WordOrder};
 
 /// The port of Modbus TCP.
 pub const PORT: u16 = 502;
@@ -89,15 +88,6 @@ pub enum StopBits {
     One,
     /// Two.
     Two,
-}
-
-/// Registers of one table, from an address on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RegisterPlace {
-    /// Which table.
-    pub table: Table,
-    /// The first register.
-    pub first: u16,
 }
 
 /// Which register holds what.
@@ -411,7 +401,7 @@ fn with_options(
     })?;
     address.layout = match (inline, address.layout, options.find("out")) {
         (Some(true), _, Some(piece)) => return Err(piece.error(|_| AddressProblem::Misplaced { key: "out" })),
-        (Some(true), ..) => Layout::Inline { data: input.unwrap_or(inline::DATA) },
+        (Some(true), ..) => Layout::Inline { data: input.unwrap_or(DATA) },
         (_, Layout::Plain { out: default_out, input: default_input }, _) => Layout::Plain {
             out: out.map_or(default_out, |place| place.first),
             input: input.unwrap_or(default_input),
@@ -457,7 +447,7 @@ impl Display for Address {
             }
             Layout::Inline { data } => {
                 options.push("layout=inline".to_owned());
-                if data != inline::DATA {
+                if data != DATA {
                     options.push(format!("in={data}"));
                 }
             }
@@ -476,12 +466,6 @@ impl Display for Address {
             write!(f, "{before}{option}")?;
         }
         Ok(())
-    }
-}
-
-impl Display for RegisterPlace {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}:{}", self.table, self.first)
     }
 }
 

@@ -14,12 +14,12 @@ use tokio::runtime::{Builder, Runtime};
 use tokio::time::{sleep, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
 
-use crate::address::{Address, Layout, Parity, RegisterPlace, StopBits, Way};
+use crate::address::{Address, Layout, Parity, StopBits, Way};
 use crate::error::ModbusError;
-use crate::inline::{Directory, MODULES, MODULES_MAX};
+use crate::inline::{Directory, MODULES_MAX};
 use crate::pdu::READ_MAX;
+use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table};
 use crate::reconnect::Reconnect;
-use crate::registers::{REGISTERS_PER_ENCODER, Table};
 
 mod line;
 mod wire;

@@ -14,14 +14,9 @@
 use encoring_bus::BusError;
 use encoring_ring::ident::LENGTHS;
 
-use crate::address::RegisterPlace;
 use crate::error::{Garbled, ModbusError};
-use crate::registers::{REGISTERS_PER_ENCODER, Table};
+use crate::place::{MODULES, REGISTERS_PER_ENCODER};
 
-/// The register that says how many modules there are. Those after it describe them.
-pub const MODULES: u16 = 1400;
-/// Where the process data begin, unless an address says otherwise.
-pub const DATA: RegisterPlace = RegisterPlace { table: Table::Holding, first: 8000 };
 /// The most devices on a ring.
 pub const MODULES_MAX: u16 = 512;
 

@@ -15,6 +15,7 @@ pub mod error;
 mod frame;
 pub mod inline;
 pub mod pdu;
+pub mod place;
 #[cfg(test)]
 mod plain;
 pub mod probe;
@@ -26,6 +27,7 @@ pub use address::{Address, AddressError};
 pub use client::Client;
 pub use counters::{Counters, Snapshot};
 pub use error::{Garbled, ModbusError};
+pub use place::{RegisterPlace, Table, UnknownWordOrder, WordOrder};
 pub use reconnect::Reconnect;
-pub use registers::{RegisterMap, UnknownLayout, UnknownWordOrder, WordOrder};
+pub use registers::{RegisterMap, UnknownLayout};
 pub use server::{Options, serve};

@@ -6,7 +6,8 @@
 
 use encoring_ring::ProcessImage;
 
-use crate::registers::{RegisterMap, Registers, Table, WordOrder};
+use crate::place::{Table, WordOrder};
+use crate::registers::{RegisterMap, Registers};
 
 /// The longest PDU, in bytes.
 pub const PDU_MAX: usize = 253;

@@ -4,7 +4,8 @@
 use encoring_ring::ProcessImage;
 use encoring_words::{InWord, OutWord};
 
-use crate::{RegisterMap, WordOrder};
+use crate::place::WordOrder;
+use crate::registers::RegisterMap;
 
 /// A function: where its fields stand in the PDU, counted from the function code.
 struct Row {

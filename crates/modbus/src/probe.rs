@@ -11,12 +11,12 @@ use std::ops::ControlFlow;
 use encoring_bus::{Bus, BusError};
 use encoring_words::Duration;
 
-use crate::address::{Address, Layout, RegisterPlace};
+use crate::address::{Address, Layout};
 use crate::client::{Client, reading as function};
 use crate::error::ModbusError;
-use crate::inline::{DATA, Directory, MODULES, MODULES_MAX};
+use crate::inline::{Directory, MODULES_MAX};
 use crate::pdu::READ_MAX;
-use crate::registers::{REGISTERS_PER_ENCODER, Table, WordOrder};
+use crate::place::{DATA, MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table, WordOrder};
 
 pub mod reading;
 

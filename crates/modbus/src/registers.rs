@@ -1,4 +1,4 @@
-//! Which register holds what. The tables in `docs/modbus.md` are printed from [`MAP`] and [`INLINE_MAP`].
+//! Which register holds what: the tables of `docs/modbus.md`.
 
 use std::fmt::{self, Display};
 use std::str::FromStr;
@@ -6,13 +6,8 @@ use std::str::FromStr;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::image::{ENCODERS_MAX, Half, ProcessImage};
 
-use crate::inline::{DATA, MODULES};
+use crate::place::{DATA, DIAGNOSIS, MODULES, REGISTERS_PER_ENCODER, Table, WordOrder};
 
-/// The registers of one encoder: the halves of a 32-bit word.
-pub const REGISTERS_PER_ENCODER: usize = 2;
-
-/// The first of the diagnostic registers: status, parameter, and one for each segment.
-pub const DIAGNOSIS: u16 = 900;
 /// Status and parameter, before the first segment.
 const DIAGNOSIS_HEAD: usize = 2;
 
@@ -22,24 +17,6 @@ const WORDS_MAX: usize = ENCODERS_MAX * REGISTERS_PER_ENCODER;
 const DIAGNOSIS_MAX: usize = DIAGNOSIS_HEAD + ENCODERS_MAX + 1;
 /// Those of its diagnosis that stay clear of the mirror.
 const DIAGNOSIS_BEFORE_MIRROR: usize = 99;
-
-/// The two register tables of Modbus that are served.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Table {
-    /// Holding registers: functions 3, 6, 16 and 23.
-    Holding,
-    /// Input registers: function 4.
-    Input,
-}
-
-impl Display for Table {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Holding => "holding",
-            Self::Input => "input",
-        })
-    }
-}
 
 /// What the registers of a block show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,75 +153,6 @@ impl Block {
     }
 }
 
-/// Which half of a 32-bit word stands in the register with the lower address. Modbus does not say.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum WordOrder {
-    /// Bits 31..16 first, as the encoders' own word addresses "1" and "2" [R5].
-    #[default]
-    HighFirst,
-    /// Bits 15..0 first.
-    LowFirst,
-}
-
-/// A word order was to be something else.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("word order {given:?}; it must be high-first or low-first")]
-pub struct UnknownWordOrder {
-    /// What was given.
-    pub given: String,
-}
-
-impl FromStr for WordOrder {
-    type Err = UnknownWordOrder;
-
-    fn from_str(given: &str) -> Result<Self, Self::Err> {
-        match given {
-            "high-first" => Ok(Self::HighFirst),
-            "low-first" => Ok(Self::LowFirst),
-            _ => Err(UnknownWordOrder { given: given.to_owned() }),
-        }
-    }
-}
-
-impl Display for WordOrder {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::HighFirst => "high-first",
-            Self::LowFirst => "low-first",
-        })
-    }
-}
-
-impl WordOrder {
-    /// The word that two registers hold.
-    #[must_use]
-    pub fn word(self, registers: [u16; REGISTERS_PER_ENCODER]) -> u32 {
-        let [first, second] = registers.map(u32::from);
-        match self {
-            Self::HighFirst => first << 16 | second,
-            Self::LowFirst => second << 16 | first,
-        }
-    }
-
-    /// The registers that hold a word.
-    #[must_use]
-    pub const fn registers(self, word: u32) -> [u16; REGISTERS_PER_ENCODER] {
-        let (high, low) = ((word >> 16) as u16, word as u16);
-        match self {
-            Self::HighFirst => [high, low],
-            Self::LowFirst => [low, high],
-        }
-    }
-
-    /// Which half the register at an offset holds, counted from the first of the words.
-    const fn half(self, register: usize) -> Half {
-        match (self, register.is_multiple_of(REGISTERS_PER_ENCODER)) {
-            (Self::HighFirst, true) | (Self::LowFirst, false) => Half::High,
-            (Self::HighFirst, false) | (Self::LowFirst, true) => Half::Low,
-        }
-    }
-}
-
 /// Some registers of one block, all of which exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Registers {
@@ -339,55 +247,6 @@ impl Registers {
     }
 }
 
-/// The map as the table of the documentation.
-#[must_use]
-pub fn markdown(layout: RegisterMap) -> String {
-    let mut page = String::from("| Registers | Addresses | Hold | Functions |\n|---|---|---|---|\n");
-    let from =
-        |first: usize, text: &str| if first == 0 { text.to_owned() } else { format!("{first}+{text}") };
-    for block in layout.map() {
-        let first = usize::from(block.first);
-        let words = format!("{}, {}", from(first, "2k"), from(first, "2k+1"));
-        let rows = match block.content {
-            Content::Out => vec![(words, "OUT of position k".to_owned())],
-            Content::In => vec![(words, "IN of position k".to_owned())],
-            Content::Process => vec![
-                (words, "IN of position k".to_owned()),
-                (format!("{first}+2n+2k, {first}+2n+2k+1"), "OUT of position k, of n encoders".to_owned()),
-            ],
-            Content::Diagnosis => {
-                let last = block.room - DIAGNOSIS_HEAD - 1;
-                vec![
-                    (first.to_string(), "diagnostic status".to_owned()),
-                    ((first + 1).to_string(), "diagnostic parameter".to_owned()),
-                    (
-                        format!("{}+k", first + DIAGNOSIS_HEAD),
-                        format!("faulty cycles on segment k, up to {last}"),
-                    ),
-                ]
-            }
-            Content::Directory => vec![
-                (first.to_string(), "how many encoders there are".to_owned()),
-                (format!("{}+k", first + 1), format!("identification of position k: {:04X}h", ENCODER.0)),
-            ],
-        };
-        for (addresses, hold) in rows {
-            let read = match (block.table, layout) {
-                (Table::Holding, RegisterMap::Plain) => "read 3, 23",
-                (Table::Holding, RegisterMap::Inline) => "read 3",
-                (Table::Input, _) => "read 4",
-            };
-            let write = match (block.table, layout) {
-                (Table::Holding, RegisterMap::Plain) if hold.starts_with("OUT") => "; write 6, 16, 23",
-                (Table::Holding, RegisterMap::Inline) if hold.starts_with("OUT") => "; write 6, 16",
-                _ => "",
-            };
-            page += &format!("| {} | {addresses} | {hold} | {read}{write} |\n", block.table);
-        }
-    }
-    page
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -417,6 +276,57 @@ mod tests {
 
     fn find(table: Table, address: u16, count: u16, encoders: usize) -> Option<Registers> {
         Registers::find(RegisterMap::Plain, table, address, count, encoders)
+    }
+
+    /// The map as the table of the documentation.
+    fn markdown(layout: RegisterMap) -> String {
+        let mut page = String::from("| Registers | Addresses | Hold | Functions |\n|---|---|---|---|\n");
+        let from =
+            |first: usize, text: &str| if first == 0 { text.to_owned() } else { format!("{first}+{text}") };
+        for block in layout.map() {
+            let first = usize::from(block.first);
+            let words = format!("{}, {}", from(first, "2k"), from(first, "2k+1"));
+            let rows = match block.content {
+                Content::Out => vec![(words, "OUT of position k".to_owned())],
+                Content::In => vec![(words, "IN of position k".to_owned())],
+                Content::Process => vec![
+                    (words, "IN of position k".to_owned()),
+                    (
+                        format!("{first}+2n+2k, {first}+2n+2k+1"),
+                        "OUT of position k, of n encoders".to_owned(),
+                    ),
+                ],
+                Content::Diagnosis => {
+                    let last = block.room - DIAGNOSIS_HEAD - 1;
+                    vec![
+                        (first.to_string(), "diagnostic status".to_owned()),
+                        ((first + 1).to_string(), "diagnostic parameter".to_owned()),
+                        (
+                            format!("{}+k", first + DIAGNOSIS_HEAD),
+                            format!("faulty cycles on segment k, up to {last}"),
+                        ),
+                    ]
+                }
+                Content::Directory => vec![
+                    (first.to_string(), "how many encoders there are".to_owned()),
+                    (format!("{}+k", first + 1), format!("identification of position k: {:04X}h", ENCODER.0)),
+                ],
+            };
+            for (addresses, hold) in rows {
+                let read = match (block.table, layout) {
+                    (Table::Holding, RegisterMap::Plain) => "read 3, 23",
+                    (Table::Holding, RegisterMap::Inline) => "read 3",
+                    (Table::Input, _) => "read 4",
+                };
+                let write = match (block.table, layout) {
+                    (Table::Holding, RegisterMap::Plain) if hold.starts_with("OUT") => "; write 6, 16, 23",
+                    (Table::Holding, RegisterMap::Inline) if hold.starts_with("OUT") => "; write 6, 16",
+                    _ => "",
+                };
+                page += &format!("| {} | {addresses} | {hold} | {read}{write} |\n", block.table);
+            }
+        }
+        page
     }
 
     #[test]

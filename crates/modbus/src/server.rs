@@ -20,7 +20,8 @@ use tokio_util::codec::Framed;
 use crate::counters::{Counters, Open};
 use crate::frame::{Codec, Frame, FrameError};
 use crate::pdu::respond;
-use crate::registers::{RegisterMap, WordOrder};
+use crate::place::WordOrder;
+use crate::registers::RegisterMap;
 
 /// After an accept error, so that a lasting one (no file descriptor left) does not take the processor with it.
 const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);

@@ -39,7 +39,8 @@ pub enum WhenBroken {
     /// It looks again and again, until the ring is whole.
     #[default]
     Wait,
-    /// It runs on with the devices before the break, until it is activated anew.
+    /// It runs on with the devices before the break, until it is activated anew. To be chosen with the master's services
+    /// at run time, which are not here yet.
     RunOn,
 }
 
@@ -195,7 +196,7 @@ impl Master {
         self.out = [0; DATA_BYTES_MAX];
     }
 
-    /// Ends the ID cycles.
+    /// Ends the ID cycles. One of the master's services at run time: for a controller's board, which is not here yet.
     ///
     /// # Errors
     /// [`Refused`] while data cycles are wanted.

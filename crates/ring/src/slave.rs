@@ -509,7 +509,8 @@ impl Slave {
         self.condition
     }
 
-    /// The module behind the chip has a fault, or has it no longer.
+    /// The module behind the chip has a fault, or has it no longer. For modules other than encoders, which have none to
+    /// tell; the master's services at run time will answer it.
     pub const fn set_module_fault(&mut self, fault: ModuleFault) {
         match fault {
             ModuleFault::None => self.messages &= !MESSAGE_MODULE,
@@ -517,7 +518,8 @@ impl Slave {
         }
     }
 
-    /// The device asks to be configured anew, from now on.
+    /// The device asks to be configured anew, from now on. No encoder does; the master's services at run time will answer
+    /// it.
     pub const fn request_reconfiguration(&mut self) {
         self.messages |= MESSAGE_RECONFIGURE;
     }

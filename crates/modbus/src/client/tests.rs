@@ -5,8 +5,9 @@ mod misbehaving;
 #[cfg(unix)]
 mod serial;
 
+use crate::place::WordOrder;
 use crate::plain::image;
-use crate::registers::{RegisterMap, WordOrder};
+use crate::registers::RegisterMap;
 use crate::{Counters, Options, serve};
 
 use std::net::SocketAddr;

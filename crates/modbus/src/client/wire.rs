@@ -20,9 +20,8 @@ use tokio_modbus::client::{Client as _, Context, rtu, tcp};
 use tokio_modbus::{Request, Response, Slave};
 
 use super::line::{Line, Stream};
-use crate::address::RegisterPlace;
 use crate::error::{Garbled, ModbusError};
-use crate::registers::Table;
+use crate::place::{RegisterPlace, Table};
 
 const READ_HOLDING: u8 = 3;
 const READ_INPUT: u8 = 4;

@@ -12,8 +12,7 @@ use encoring_words::InWord;
 use encoring_words::word::In;
 
 use super::Certainty;
-use crate::address::RegisterPlace;
-use crate::registers::{DIAGNOSIS, REGISTERS_PER_ENCODER, WordOrder};
+use crate::place::{DIAGNOSIS, REGISTERS_PER_ENCODER, RegisterPlace, WordOrder};
 
 /// A master whose bus runs.
 const RUNNING: u16 = status::READY | status::ACTIVE | status::RUN;
