@@ -452,7 +452,7 @@ impl Report {
                 "{:>8}  {:<6}  {:<8}  {out_registers:<11}  {in_registers:<wide$}  {}",
                 device.position,
                 device.device_number,
-                device.model,
+                device.model.name(),
                 device.value.map_or_else(|| "off".to_owned(), |value| value.to_string()),
             )?;
         }

@@ -2,11 +2,15 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration as Real;
 
 use encoring_ring::diagnostics::Place;
 use encoring_ring::{Master, Verdict};
 use encoring_words::{Duration, Instant};
 use serde::{Serialize, Serializer};
+
+use crate::json;
 
 /// How many events are kept; whoever asks too rarely misses the oldest, and sees it by their numbers.
 pub const EVENTS_KEPT: usize = 256;
@@ -47,7 +51,7 @@ pub enum Happened {
         #[serde(flatten, serialize_with = "at_fault")]
         place: Place,
         /// The diagnostic parameter register.
-        #[serde(rename = "parameter_hex", serialize_with = "hex")]
+        #[serde(rename = "parameter_hex", serialize_with = "json::hex")]
         parameter: u16,
     },
     /// Cycles were left out because the machine was too slow.
@@ -77,11 +81,6 @@ fn at_fault<S: Serializer>(place: &Place, serializer: S) -> Result<S::Ok, S::Err
     AtFault { fault, segment, position }.serialize(serializer)
 }
 
-#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
-fn hex<S: Serializer>(word: &u16, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!("{word:04X}"))
-}
-
 impl fmt::Display for RingEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", Duration::from_nanos(self.time_ns))?;
@@ -100,11 +99,67 @@ impl fmt::Display for RingEvent {
     }
 }
 
-/// The last events of a ring.
-#[derive(Clone, Debug)]
-pub(crate) struct Events {
-    kept: VecDeque<RingEvent>,
+/// The last events of a ring, for whoever asks or waits for them.
+#[derive(Debug, Default)]
+pub(crate) struct Kept {
+    list: Mutex<List>,
+    /// Told of every event, and of the end.
+    more: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct List {
+    events: VecDeque<RingEvent>,
     next: u64,
+    ended: bool,
+}
+
+impl List {
+    fn since(&self, from: u64) -> Vec<RingEvent> {
+        self.events.iter().filter(|event| event.number >= from).copied().collect()
+    }
+}
+
+impl Kept {
+    fn list(&self) -> MutexGuard<'_, List> {
+        self.list.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The kept events from number `from` on; `None` when the ring has stopped.
+    pub(crate) fn since(&self, from: u64) -> Option<Vec<RingEvent>> {
+        let list = self.list();
+        (!list.ended).then(|| list.since(from))
+    }
+
+    /// The same, but waits until there is one; empty if there was none within the time.
+    pub(crate) fn wait(&self, from: u64, within: Real) -> Option<Vec<RingEvent>> {
+        let none_yet = |list: &mut List| list.next <= from && !list.ended;
+        let waited = self.more.wait_timeout_while(self.list(), within, none_yet);
+        let (list, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        (!list.ended).then(|| list.since(from))
+    }
+
+    fn push(&self, at: Instant, what: Happened) {
+        let mut list = self.list();
+        if list.events.len() == EVENTS_KEPT {
+            list.events.pop_front();
+        }
+        let number = list.next;
+        list.events.push_back(RingEvent { number, time_ns: at.as_nanos(), what });
+        list.next += 1;
+        self.more.notify_all();
+    }
+
+    fn end(&self) {
+        self.list().ended = true;
+        self.more.notify_all();
+    }
+}
+
+/// Makes events of what a ring does. When it is dropped the ring has stopped.
+#[derive(Debug)]
+pub(crate) struct Events {
+    kept: Arc<Kept>,
     line: Verdict,
     /// The place that the present search has found, while there is one.
     search: Option<Option<Place>>,
@@ -113,16 +168,15 @@ pub(crate) struct Events {
     dropped: u64,
 }
 
+impl Drop for Events {
+    fn drop(&mut self) {
+        self.kept.end();
+    }
+}
+
 impl Events {
     pub(crate) fn new() -> Self {
-        Self {
-            kept: VecDeque::with_capacity(EVENTS_KEPT),
-            next: 0,
-            line: Verdict::Good,
-            search: None,
-            data_cycles: 0,
-            dropped: 0,
-        }
+        Self { kept: Arc::default(), line: Verdict::Good, search: None, data_cycles: 0, dropped: 0 }
     }
 
     /// Notes how a cycle went, if it went otherwise than the one before.
@@ -178,17 +232,18 @@ impl Events {
         }
     }
 
-    /// The kept events from number `from` on.
-    pub(crate) fn since(&self, from: u64) -> Vec<RingEvent> {
-        self.kept.iter().filter(|event| event.number >= from).copied().collect()
+    /// Where they are kept.
+    pub(crate) const fn kept(&self) -> &Arc<Kept> {
+        &self.kept
     }
 
-    fn push(&mut self, at: Instant, what: Happened) {
-        if self.kept.len() == EVENTS_KEPT {
-            self.kept.pop_front();
-        }
-        self.kept.push_back(RingEvent { number: self.next, time_ns: at.as_nanos(), what });
-        self.next += 1;
+    /// The kept events.
+    pub(crate) fn all(&self) -> Vec<RingEvent> {
+        self.kept.list().since(0)
+    }
+
+    fn push(&self, at: Instant, what: Happened) {
+        self.kept.push(at, what);
     }
 }
 
@@ -202,16 +257,19 @@ mod tests {
         for _ in 0..3 {
             events.cycled(Instant(1), Verdict::Good);
         }
-        assert_eq!(events.since(0), []);
+        assert_eq!(events.all(), []);
         for k in 0..300 {
             events.cycled(Instant(k), Verdict::Silent { segment: k as usize });
         }
-        assert_eq!(events.since(0).len(), EVENTS_KEPT);
-        assert_eq!(events.since(298).iter().map(|event| event.number).collect::<Vec<_>>(), [298, 299]);
+        assert_eq!(events.all().len(), EVENTS_KEPT);
+        assert_eq!(
+            events.kept().since(298).unwrap().iter().map(|event| event.number).collect::<Vec<_>>(),
+            [298, 299]
+        );
         events.dropped(Instant(400), 5);
         events.dropped(Instant(401), 5);
         events.dropped(Instant(402), 7);
-        let told: Vec<String> = events.since(299).iter().map(RingEvent::to_string).collect();
+        let told: Vec<String> = events.kept().since(299).unwrap().iter().map(RingEvent::to_string).collect();
         assert_eq!(
             told,
             [
@@ -220,5 +278,25 @@ mod tests {
                 "402 ns: 2 cycles dropped, the machine was too slow",
             ]
         );
+    }
+
+    #[test]
+    fn an_event_is_waited_for_until_it_comes_or_the_ring_stops() {
+        let mut events = Events::new();
+        let kept = Arc::clone(events.kept());
+        assert_eq!(kept.wait(0, Real::ZERO), Some(vec![]));
+        let long = Real::from_secs(600);
+        let waiting = std::thread::spawn({
+            let kept = Arc::clone(&kept);
+            move || [kept.wait(0, long), kept.wait(1, long)]
+        });
+        events.dropped(Instant(400), 5);
+        let number = |events: Vec<RingEvent>| events.iter().map(|event| event.number).collect::<Vec<_>>();
+        assert_eq!(kept.wait(0, long).map(number), Some(vec![0]));
+        drop(events);
+        let [first, after] = waiting.join().unwrap();
+        // It may have begun to wait only when the ring had stopped.
+        assert!(first.is_none_or(|events| number(events) == [0]));
+        assert_eq!((after, kept.since(0)), (None, None));
     }
 }

@@ -5,6 +5,7 @@
 //! a wait.
 
 pub mod events;
+mod json;
 pub mod keeper;
 pub mod pace;
 pub mod simulated;

@@ -1,9 +1,10 @@
 //! The thread that cycles the ring, and the handle that others hold on it.
 
 use std::io;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
 use std::thread::{self, JoinHandle};
-use std::time::Instant as Clock;
+use std::time::{Duration as Real, Instant as Clock};
 
 use encoring_bus::SharedImage;
 use encoring_ring::{ProcessImage, Verdict};
@@ -13,7 +14,7 @@ use encoring_trace::wave::Sink;
 use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
 
-use crate::events::{Events, RingEvent};
+use crate::events::{Events, Kept, RingEvent};
 use crate::pace::{Pace, Speed};
 use crate::view::{Counters, View};
 
@@ -69,6 +70,7 @@ pub struct Finished {
 #[derive(Clone, Debug)]
 pub struct Handle {
     image: SharedImage,
+    events: Arc<Kept>,
     requests: SyncSender<Request>,
 }
 
@@ -81,7 +83,6 @@ enum Request {
     Change { position: usize, changes: Vec<Change>, done: SyncSender<()> },
     Trouble { segment: usize, fault: Option<(Fault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
-    Events { from: u64, answer: SyncSender<Vec<RingEvent>> },
     Memories(SyncSender<Vec<Memory>>),
     Stop,
 }
@@ -104,7 +105,8 @@ impl Station {
     pub fn start(mut world: World, options: Options) -> io::Result<Self> {
         let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
-        let handle = Handle { image: SharedImage::new(image), requests };
+        let events = Events::new();
+        let handle = Handle { image: SharedImage::new(image), events: Arc::clone(events.kept()), requests };
         if matches!(options.record, Some(Recorder::Exchanges(_))) {
             world.record();
         }
@@ -113,7 +115,7 @@ impl Station {
             image: handle.image.clone(),
             verdict: Verdict::Good,
             counters: Counters::default(),
-            events: Events::new(),
+            events,
             record: options.record,
             recording: Ok(()),
         };
@@ -192,7 +194,15 @@ impl Handle {
     /// # Errors
     /// [`RingStopped`] if the ring no longer runs.
     pub fn events(&self, from: u64) -> Result<Vec<RingEvent>, RingStopped> {
-        self.ask(|answer| Request::Events { from, answer })
+        self.events.since(from).ok_or(RingStopped)
+    }
+
+    /// The same, but waits until there is one; after `within` of real time there is none.
+    ///
+    /// # Errors
+    /// [`RingStopped`] if the ring no longer runs, also if it stops meanwhile.
+    pub fn wait_event(&self, from: u64, within: Real) -> Result<Vec<RingEvent>, RingStopped> {
+        self.events.wait(from, within).ok_or(RingStopped)
     }
 
     /// Copies the memories, by position.
@@ -320,9 +330,6 @@ impl Running {
             Request::View(answer) => {
                 let _ = answer.send(self.view());
             }
-            Request::Events { from, answer } => {
-                let _ = answer.send(self.events.since(from));
-            }
             Request::Memories(answer) => {
                 let memories = self.world.places().iter().map(|place| Memory {
                     now: place.node().memory().clone(),
@@ -342,7 +349,7 @@ impl Running {
 
     fn finish(self) -> Finished {
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
-        let (view, events) = (self.view(), self.events.since(0));
+        let (view, events) = (self.view(), self.events.all());
         let finished = match self.record {
             Some(Recorder::Exchanges(mut rows)) => rows.flush(),
             Some(Recorder::Waveform(waveform)) => waveform.finish().map(drop),

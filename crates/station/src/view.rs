@@ -1,12 +1,15 @@
-//! What can be seen of a simulated ring, as plain data.
+//! What can be seen of a simulated ring, as plain data: typed here, with words in hex in its JSON.
 
+use encoring_encoder::Encoder;
 use encoring_encoder::handshake::Handshake;
 use encoring_encoder::records::{Record, write_count};
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::World;
 use encoring_words::parameter::PARAMETERS;
-use encoring_words::{InWord, OutWord, ParameterSet};
+use encoring_words::{ErrorStatus, InWord, Model, OutWord, ParameterSet};
 use serde::Serialize;
+
+use crate::json;
 
 /// A ring at one moment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -17,10 +20,9 @@ pub struct View {
     pub cycle_ns: u64,
     /// What was counted.
     pub counters: Counters,
-    /// How the last cycle went: `good`, `bad` or `silent`.
-    pub line: &'static str,
-    /// The segment at fault in the last cycle.
-    pub segment: Option<usize>,
+    /// How the last cycle went.
+    #[serde(flatten, serialize_with = "json::line")]
+    pub line: Verdict,
     /// The master's diagnostic registers.
     pub diagnosis: DiagnosisView,
     /// The encoders, by ring position.
@@ -41,10 +43,12 @@ pub struct Counters {
 /// What the master says of the ring, as the process image has it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DiagnosisView {
-    /// The status register, four hex digits.
-    pub status: String,
-    /// The parameter register, four hex digits.
-    pub parameter: String,
+    /// The status register.
+    #[serde(serialize_with = "json::hex")]
+    pub status: u16,
+    /// The parameter register.
+    #[serde(serialize_with = "json::hex")]
+    pub parameter: u16,
     /// Faulty cycles located on each segment, at most 65535; the last one leads back to the master.
     pub segment_faults: Vec<u16>,
 }
@@ -57,7 +61,8 @@ pub struct DeviceView {
     /// The vendor's number of the device, like `3.0`.
     pub device_number: String,
     /// Its model.
-    pub model: &'static str,
+    #[serde(serialize_with = "json::text")]
+    pub model: Model,
     /// Whether its supply is on.
     pub on: bool,
     /// Its supply in millivolts.
@@ -69,19 +74,21 @@ pub struct DeviceView {
     /// Shaft in sensor steps, or magnet in micrometres.
     pub raw: i64,
     /// The OUT word in the process image.
-    pub out: String,
+    #[serde(serialize_with = "json::text")]
+    pub out: OutWord,
     /// The IN word in the process image.
-    #[serde(rename = "in")]
-    pub input: String,
+    #[serde(rename = "in", serialize_with = "json::text")]
+    pub input: InWord,
     /// The position in steps, in binary code; `None` while off.
     pub value: Option<u32>,
     /// Bit 29 as normal mode shows it.
     pub error: bool,
-    /// The latched status bits, four hex digits.
-    pub latched_status: String,
-    /// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off` without supply or until the first
-    /// exchange.
-    pub handshake: &'static str,
+    /// The latched status bits.
+    #[serde(serialize_with = "json::status")]
+    pub latched_status: ErrorStatus,
+    /// Where a service stands; `None` without supply or until the first exchange.
+    #[serde(serialize_with = "json::handshake")]
+    pub handshake: Option<Handshake>,
     /// The lamps.
     pub lamps: Lamps,
     /// Programmed and active parameters, by service.
@@ -133,11 +140,6 @@ impl View {
     /// What can be seen of `world`, with what stands in the process image.
     #[must_use]
     pub fn of(world: &World, image: &ProcessImage, verdict: Verdict, counters: Counters) -> Self {
-        let (line, segment) = match verdict {
-            Verdict::Good => ("good", None),
-            Verdict::Bad { segment } => ("bad", Some(segment)),
-            Verdict::Silent { segment } => ("silent", Some(segment)),
-        };
         let words = image.out().iter().zip(image.input()).enumerate();
         let devices =
             words.filter_map(|(position, (out, input))| DeviceView::of(world, position, *out, *input));
@@ -145,11 +147,10 @@ impl View {
             time_ns: world.now().as_nanos(),
             cycle_ns: world.cycle_time().as_nanos(),
             counters,
-            line,
-            segment,
+            line: verdict,
             diagnosis: DiagnosisView {
-                status: format!("{:04X}", image.status()),
-                parameter: format!("{:04X}", image.parameter()),
+                status: image.status(),
+                parameter: image.parameter(),
                 segment_faults: image.faults().to_vec(),
             },
             devices: devices.collect(),
@@ -197,24 +198,18 @@ impl DeviceView {
         Some(Self {
             position,
             device_number: format!("{}.0", position + 1),
-            model: unit.model().name(),
+            model: unit.model(),
             on: place.is_supplied(),
             supply_mv: around.supply_mv,
             overvoltage: node.device().overvoltage(),
             preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
             raw: place.raw(now),
-            out: out.to_string(),
-            input: input.to_string(),
-            value: encoder.map(encoring_encoder::Encoder::position),
-            error: encoder.is_some_and(encoring_encoder::Encoder::error_pending),
-            latched_status: format!("{:04X}", encoder.map_or(0, |encoder| encoder.latched_status().bits())),
-            handshake: match encoder.map(encoring_encoder::Encoder::handshake) {
-                None => "off",
-                Some(Handshake::Normal) => "normal",
-                Some(Handshake::Ignoring) => "ignoring",
-                Some(Handshake::Busy { .. }) => "busy",
-                Some(Handshake::Acknowledged { .. }) => "acknowledged",
-            },
+            out,
+            input,
+            value: encoder.map(Encoder::position),
+            error: encoder.is_some_and(Encoder::error_pending),
+            latched_status: encoder.map_or(ErrorStatus::empty(), Encoder::latched_status),
+            handshake: encoder.map(Encoder::handshake).copied(),
             lamps: Lamps::of(world, position)?,
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {

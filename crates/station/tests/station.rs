@@ -7,14 +7,16 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration as Real;
 
+use encoring_encoder::handshake::Handshake;
 use encoring_encoder::{Magnet, Unit};
+use encoring_ring::Verdict;
 use encoring_ring::image::Half;
 use encoring_sim::device_line::to_device;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
 use encoring_sim::{Fault, Scenario, Waveform, World, state};
 use encoring_station::station::Recorder;
-use encoring_station::{Handle, Keeper, Options, RingStopped, Speed, Station};
+use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station};
 use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
 use encoring_words::{Duration, InWord, OutWord};
@@ -54,6 +56,9 @@ fn world() -> World {
 fn at(speed: Speed) -> Options {
     Options { speed, ..Options::default() }
 }
+
+/// Longer than anything takes that is waited for.
+const A_MINUTE: Real = Real::from_secs(60);
 
 /// Waits until something holds; a minute is longer than any test takes that passes.
 fn wait_for(what: &str, mut holds: impl FnMut() -> bool) {
@@ -254,16 +259,17 @@ fn a_change_is_seen_in_the_next_view() {
         (view.devices[1].supply_mv, view.devices[1].overvoltage, view.devices[1].on),
         (10_449, false, false)
     );
-    assert_eq!((view.devices[1].handshake, view.devices[1].value), ("off", None));
-    wait_for("a silent cycle", || {
-        let view = handle.view().unwrap();
-        view.line == "silent" && view.segment == Some(2)
-    });
+    assert_eq!((view.devices[1].handshake, view.devices[1].value), (None, None));
+    wait_for("a silent cycle", || handle.view().unwrap().line == Verdict::Silent { segment: 2 });
     handle.change(1, vec![Change::Supply(24_000)]).unwrap();
-    wait_for("a good cycle", || handle.view().unwrap().line == "good");
+    wait_for("a good cycle", || handle.view().unwrap().line == Verdict::Good);
+    let silent = handle.wait_event(0, A_MINUTE).unwrap()[0];
+    assert_eq!(silent.what, Happened::LineSilent { segment: 2 });
+    let good = handle.wait_event(silent.number + 1, A_MINUTE).unwrap()[0];
+    assert_eq!(good.what, Happened::LineGood);
     handle.change(0, vec![Change::Magnet(Magnet::Missing)]).unwrap();
     wait_for("the error bit", || handle.view().unwrap().devices[0].error);
-    assert_eq!(handle.view().unwrap().devices[0].latched_status, "0020");
+    assert_eq!(handle.view().unwrap().devices[0].latched_status.bits(), 0x0020);
     station.stop().unwrap();
 }
 
@@ -275,12 +281,12 @@ fn a_trouble_is_counted_until_it_is_ended() {
     handle.trouble(2, Some((Fault::Bad, Duration(u64::MAX)))).unwrap();
     wait_for("bad cycles", || handle.view().unwrap().counters.faulty_cycles >= 3);
     let view = handle.view().unwrap();
-    assert_eq!((view.line, view.segment), ("bad", Some(2)));
+    assert_eq!(view.line, Verdict::Bad { segment: 2 });
     let diagnosis = &view.diagnosis;
     assert_eq!(diagnosis.segment_faults, [0, 0, view.counters.faulty_cycles as u16, 0]);
-    assert_eq!(diagnosis.parameter, "0300");
+    assert_eq!(diagnosis.parameter, 0x0300);
     handle.trouble(2, None).unwrap();
-    wait_for("a good cycle", || handle.view().unwrap().line == "good");
+    wait_for("a good cycle", || handle.view().unwrap().line == Verdict::Good);
     let counters = handle.view().unwrap().counters;
     wait_for("ten more cycles", || handle.view().unwrap().counters.cycles >= counters.cycles + 10);
     assert_eq!(handle.view().unwrap().counters.faulty_cycles, counters.faulty_cycles);
@@ -294,13 +300,15 @@ fn the_view_says_how_a_handshake_stands() {
     let slow = STANDING.replace("service_times = \"zero\"", "service_times = { read_ms = 60_000 }");
     let station = Station::start(World::new(&scenario(&slow)).unwrap(), at(Speed::REAL)).unwrap();
     let handle = station.handle();
-    assert_eq!(handle.view().unwrap().devices[2].handshake, "normal");
+    assert_eq!(handle.view().unwrap().devices[2].handshake, Some(Handshake::Normal));
     set_out(handle, 2, 0x8200_0000);
-    wait_for("the request", || handle.view().unwrap().devices[2].handshake == "busy");
-    assert_eq!(handle.view().unwrap().devices[2].out, "82000000");
+    wait_for("the request", || {
+        matches!(handle.view().unwrap().devices[2].handshake, Some(Handshake::Busy { .. }))
+    });
+    assert_eq!(handle.view().unwrap().devices[2].out, OutWord(0x8200_0000));
     handle.change(2, vec![Change::Supply(0)]).unwrap();
     handle.change(2, vec![Change::Supply(24_000)]).unwrap();
-    wait_for("power-up", || handle.view().unwrap().devices[2].handshake == "ignoring");
+    wait_for("power-up", || handle.view().unwrap().devices[2].handshake == Some(Handshake::Ignoring));
     station.stop().unwrap();
 }
 
@@ -463,7 +471,7 @@ fn after_the_stop_every_request_is_answered_with_stopped() {
         assert_eq!(handle.memories().map(|_| ()), Err(RingStopped));
         assert_eq!(handle.change(0, vec![Change::Supply(0)]), Err(RingStopped));
         assert_eq!(handle.trouble(0, None), Err(RingStopped));
-        let last = handle.image().with(|image| image.input()[1].to_string());
+        let last = handle.image().with(|image| image.input()[1]);
         assert_eq!(last, outcome.view.devices[1].input, "the image stays as it was");
     }
 }

@@ -1,0 +1,55 @@
+//! How values that know nothing of `serde` stand in JSON: words in hex, as everywhere else.
+
+use std::fmt::Display;
+
+use encoring_encoder::handshake::Handshake;
+use encoring_ring::Verdict;
+use encoring_words::ErrorStatus;
+use serde::{Serialize, Serializer};
+
+/// As it is printed.
+pub(crate) fn text<S: Serializer>(value: &impl Display, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
+/// Four hex digits.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde calls it so")]
+pub(crate) fn hex<S: Serializer>(word: &u16, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("{word:04X}"))
+}
+
+/// Four hex digits.
+pub(crate) fn status<S: Serializer>(status: &ErrorStatus, serializer: S) -> Result<S::Ok, S::Error> {
+    hex(&status.bits(), serializer)
+}
+
+/// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off` without one.
+pub(crate) fn handshake<S: Serializer>(
+    handshake: &Option<Handshake>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match handshake {
+        None => "off",
+        Some(Handshake::Normal) => "normal",
+        Some(Handshake::Ignoring) => "ignoring",
+        Some(Handshake::Busy { .. }) => "busy",
+        Some(Handshake::Acknowledged { .. }) => "acknowledged",
+    })
+}
+
+/// How a cycle went, and the segment at fault.
+#[derive(Serialize)]
+struct Line {
+    line: &'static str,
+    segment: Option<usize>,
+}
+
+/// As the keys `line` (`good`, `bad` or `silent`) and `segment`.
+pub(crate) fn line<S: Serializer>(verdict: &Verdict, serializer: S) -> Result<S::Ok, S::Error> {
+    let (line, segment) = match *verdict {
+        Verdict::Good => ("good", None),
+        Verdict::Bad { segment } => ("bad", Some(segment)),
+        Verdict::Silent { segment } => ("silent", Some(segment)),
+    };
+    Line { line, segment }.serialize(serializer)
+}
