@@ -300,7 +300,7 @@ impl Known {
                 rod_um: set.measuring_length().saturating_mul(10).clamp(ROD_UM_MIN, ROD_UM_MAX),
             }),
             // With fewer steps per turn a position is less exact, so less is called impossible.
-            (None, SensorKind::Rotary { .. }) => {
+            (None, SensorKind::Rotary) => {
                 expect(model.usual_sensor()).or_else(|_| expect(model.finest_sensor()))
             }
         }?;

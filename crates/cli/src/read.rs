@@ -7,6 +7,7 @@ use encoring_bus::master::MasterError;
 use encoring_host::Services;
 use encoring_host::preset::code;
 use encoring_host::service::read;
+use encoring_words::explain::Meaning;
 use encoring_words::{Model, Parameter};
 use encoring_workshop::parameter_file::parameters_of;
 use serde::Serialize;
@@ -15,7 +16,7 @@ use crate::arguments::Output;
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
 use crate::output::{Answer, Failure};
-use crate::told::{Failed, FailureView, Shown, TargetView, meaning};
+use crate::told::{Failed, FailureView, Shown, TargetView};
 
 /// Read what is programmed in an encoder
 ///
@@ -68,7 +69,9 @@ impl ParameterView {
             name: parameter.key(),
             value,
             value_hex: value.map(|value| format!("{value:06X}")),
-            meaning: value.and_then(|value| meaning(parameter, model, value)),
+            meaning: value
+                .and_then(|value| Meaning::of(parameter, model, value))
+                .map(|meaning| meaning.to_string()),
         }
     }
 }

@@ -9,9 +9,9 @@ use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
 use encoring_host::session::{Fate, TimedOut, WaitedFor};
-use encoring_words::parameter::{Code, CountingDirection, Direction, SsiValues};
+use encoring_words::parameter::Code;
 use encoring_words::word::In;
-use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};
+use encoring_words::{ErrorStatus, InWord, Model};
 use serde::Serialize;
 
 use crate::arguments::bus::Target;
@@ -44,36 +44,6 @@ impl fmt::Display for TargetView {
 /// How a command ends that has only looked.
 pub(crate) fn looked(watch: &Watch<'_, AnyBus>) -> Answer {
     if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
-}
-
-/// What a value of a parameter means, where it is more than a number.
-pub(crate) fn meaning(parameter: Parameter, model: Model, value: u32) -> Option<String> {
-    let code = |code| match code {
-        Code::Binary => "binary",
-        Code::Gray => "Gray code",
-    };
-    match parameter {
-        Parameter::CountingDirection => {
-            let CountingDirection { direction, code: on_bus } = CountingDirection::from_data(value);
-            let direction = match (direction, model) {
-                (Direction::Rising, Model::La66) => "rising towards the end of the rod",
-                (Direction::Falling, Model::La66) => "falling towards the end of the rod",
-                (Direction::Rising, _) => "rising clockwise",
-                (Direction::Falling, _) => "falling clockwise",
-            };
-            Some(match model {
-                Model::Ce65M => format!("{direction}, {}", code(on_bus)),
-                Model::La66 | Model::Ce100M => direction.to_owned(),
-            })
-        }
-        Parameter::SsiValues => {
-            let SsiValues { repetition, code: on_ssi, bits } = SsiValues::from_data(value);
-            let repeated = if repetition { ", repeated" } else { "" };
-            let ak_40 = if bits == 31 { ", AK-40" } else { "" };
-            Some(format!("{bits} bits, {}{repeated}{ak_40}", code(on_ssi)))
-        }
-        _ => None,
-    }
 }
 
 /// What IN showed.
@@ -140,8 +110,8 @@ impl fmt::Display for StatusView {
         for BitView { bit, meaning, remedy } in &self.bits {
             write!(f, "\n  2^{bit:<2}  {meaning}\n        remedy: {remedy}")?;
         }
-        if self.bits.is_empty() && self.remains && self.model == Model::La66 {
-            write!(f, "\n  a la-66 does not tell which error it was: only the magnet has a status bit")?;
+        if self.bits.is_empty() && self.remains && !self.model.tells_refusals() {
+            write!(f, "\n  a {} does not tell which error it was: a refusal has no status bit", self.model)?;
         }
         Ok(())
     }
@@ -172,13 +142,9 @@ enum Ends {
     NoAnswer,
 }
 
-fn deed(request: Request) -> String {
-    let service = request.service();
-    let (number, name) = (service.number(), service.name());
-    match request.access() {
-        Access::Read => format!("reading service {number:02X} ({name})"),
-        Access::Write => format!("writing {} with service {number:02X} ({name})", request.data()),
-    }
+/// `service 02 (write measuring length in steps = 9999)`
+fn named(request: Request) -> String {
+    format!("service {:02X} ({})", request.service().number(), request.deed())
 }
 
 const fn fate(fate: Fate) -> (&'static str, &'static str) {
@@ -205,7 +171,7 @@ impl FailureView {
                 Self { text: vec![error.to_string()], ..blank("not_sent", Ends::BadInput) }
             }
             ServiceFailure::Refused(Refusal { request, check, repeated }) => {
-                let mut text = vec![format!("the encoder refused {}", deed(request))];
+                let mut text = vec![format!("the encoder refused {}", named(request))];
                 if repeated {
                     text.push("it was repeated and refused again".to_owned());
                 }
@@ -219,7 +185,8 @@ impl FailureView {
             ServiceFailure::TimedOut { request, timed_out } => {
                 let TimedOut { waited_for, fate: known, .. } = timed_out;
                 let (carried_out, known) = fate(known);
-                let mut text = vec![format!("no answer to {}: {timed_out}", deed(request)), known.to_owned()];
+                let mut text =
+                    vec![format!("no answer to {}: {timed_out}", named(request)), known.to_owned()];
                 if waited_for == WaitedFor::Normal && timed_out.last.is_some_and(InWord::service_bit) {
                     text.push(
                         "IN shows a reply that was not asked for here: is another master at work?".to_owned(),
@@ -243,7 +210,7 @@ impl FailureView {
                 Self {
                     out: Some(request.word().to_string()),
                     carried_out: Some(carried_out),
-                    text: vec![format!("interrupted while {}", deed(request)), known.to_owned()],
+                    text: vec![format!("interrupted in {}", named(request)), known.to_owned()],
                     ..blank("given_up", Ends::NoAnswer)
                 }
             }

@@ -2,10 +2,12 @@
 
 mod text;
 
-use encoring_words::explain::{Answer, ByteField, Foreign, Legal};
-use encoring_words::parameter::{Code, CountingDirection, Direction, SsiValues};
+use encoring_words::explain::{
+    self, Answer, ByteField, ByteMeaning, Deed, DirectionMeaning, Foreign, Legal, effect, refusal,
+};
+use encoring_words::parameter::CountingDirection;
 use encoring_words::word::{self, FIELDS, In, Out, ServiceFields, ServiceNumber};
-use encoring_words::{Access, ErrorStatus, InWord, Model, OutWord, Service, gray, ssi_frame};
+use encoring_words::{Access, ErrorStatus, InWord, Model, OutWord, Service, gray};
 use serde::Serialize;
 
 /// A word with its meaning in one direction or in both.
@@ -66,6 +68,9 @@ struct Position {
     /// The position, if the encoder is programmed to Gray; none if it cannot be.
     from_gray: Option<u32>,
     from_gray_hex: Option<String>,
+    /// The models that can be.
+    #[serde(skip)]
+    gray_models: Vec<Model>,
 }
 
 #[derive(Serialize)]
@@ -177,42 +182,12 @@ fn if_set(bit: bool, text: &str) -> String {
     if bit { text.to_owned() } else { String::new() }
 }
 
-fn access_name(access: Access) -> String {
-    match access {
-        Access::Read => "read",
-        Access::Write => "write",
-    }
-    .to_owned()
-}
-
 fn service_note(service: ServiceNumber) -> String {
     match service {
         ServiceNumber::Known(service) => service.name(),
         ServiceNumber::Unknown(_) => "no encoder has this service",
     }
     .to_owned()
-}
-
-/// `write measuring length in steps = 9999`
-fn deed(fields: ServiceFields, in_reply: bool) -> String {
-    let access = access_name(fields.access);
-    let data = fields.data;
-    let service = match fields.service {
-        ServiceNumber::Unknown(number) => {
-            return format!("{access} service {number:02X}, which no encoder has");
-        }
-        ServiceNumber::Known(service) => service,
-    };
-    match (service, fields.access) {
-        (Service::DataCheck, Access::Read) => "data check".to_owned(),
-        (Service::PresetAdjustment, Access::Write) => format!("preset adjustment to {data}"),
-        (Service::DataCheck | Service::PresetAdjustment, _) => format!("{access} {}", service.name()),
-        (_, Access::Read) if !in_reply => format!("read {}", service.name()),
-        (Service::CountingDirection | Service::SsiValues, _) => {
-            format!("{access} {} = {data:06X}h", service.name())
-        }
-        _ => format!("{access} {} = {data}", service.name()),
-    }
 }
 
 impl OutView {
@@ -225,7 +200,7 @@ impl OutView {
                 let prepared = OutWord(bits | word::SERVICE_BIT.mask());
                 let remarks = match prepared.decode() {
                     Out::Request(request @ ServiceFields { service: ServiceNumber::Known(_), .. }) => {
-                        vec![format!("with the service bit 1 it is {prepared}: {}", deed(request, false))]
+                        vec![format!("with the service bit 1 it is {prepared}: {}", Deed::asked(request))]
                     }
                     _ => Vec::new(),
                 };
@@ -238,14 +213,14 @@ impl OutView {
                     Access::Write => request.data.to_string(),
                 };
                 let notes = [
-                    access_name(request.access),
+                    explain::access(request.access).to_owned(),
                     if_set(request.error, "the encoder ignores it"),
                     if_set(request.reserve, "should be 0; the encoder ignores it"),
                     service_note(request.service),
                     data,
                 ];
                 Self {
-                    meaning: format!("request: {}", deed(request, false)),
+                    meaning: format!("request: {}", Deed::asked(request)),
                     bits: Bits::new(word.0, notes),
                     models: models.iter().map(|model| OutModel::new(request, *model)).collect(),
                     remarks: Vec::new(),
@@ -299,33 +274,6 @@ fn outcome(request: ServiceFields, model: Model, answer: Answer) -> Vec<String> 
     lines
 }
 
-fn effect(request: ServiceFields, model: Model) -> &'static [&'static str] {
-    match (request.service, request.access, model) {
-        (ServiceNumber::Known(Service::DataCheck), _, Model::La66) => {
-            &["returns the error status and clears the error bit"]
-        }
-        (ServiceNumber::Known(Service::DataCheck), ..) => &[
-            "checks the programmed values and takes them over",
-            "returns the error status and clears the error bit",
-        ],
-        (_, Access::Read, _) => &["returns the programmed value"],
-        (ServiceNumber::Known(Service::PresetAdjustment), ..) | (_, _, Model::La66) => {
-            &["takes effect at once"]
-        }
-        _ => &["takes effect with the data check (88000000) or with power off and on"],
-    }
-}
-
-/// Why a model refuses a request, and what would be right.
-fn refusal(request: ServiceFields, model: Model) -> &'static str {
-    match model.admits(request.service, request.access) {
-        Ok(_) => "outside the range; the old value stays",
-        Err(ErrorStatus::ONLY_READING) => "only reading allowed: set bit 2^30 (read-write bit) to 0",
-        Err(ErrorStatus::ONLY_WRITING) => "only writing allowed: set bit 2^30 (read-write bit) to 1",
-        Err(_) => "does not have this service: check the service number",
-    }
-}
-
 impl InView {
     fn new(word: InWord, models: &[Model]) -> Self {
         let judged: Vec<_> = models.iter().map(|model| Foreign::judge(word, *model).err()).collect();
@@ -366,7 +314,7 @@ impl InView {
             In::Reply(reply) => reply,
         };
         let notes = [
-            access_name(reply.access),
+            explain::access(reply.access).to_owned(),
             pending(reply.error),
             if_set(reply.reserve, "always 0"),
             service_note(reply.service),
@@ -376,7 +324,7 @@ impl InView {
             reply.service == ServiceNumber::Known(Service::DataCheck) && reply.access == Access::Read;
         let status = is_status.then(|| StatusView::new(ErrorStatus::from_bits_retain(reply.data as u16)));
         Self {
-            meaning: format!("reply: {}", deed(reply, true)),
+            meaning: format!("reply: {}", Deed::answered(reply)),
             bits: Bits::new(word.0, notes),
             position: None,
             status,
@@ -423,8 +371,11 @@ impl InModel {
 
 impl Position {
     fn new(value: u32, models: &[Model]) -> Self {
-        let gray = models.iter().any(|model| model.position_may_be_gray()).then(|| gray::decode(value));
+        let gray_models: Vec<Model> =
+            models.iter().copied().filter(|model| model.position_may_be_gray()).collect();
+        let gray = (!gray_models.is_empty()).then(|| gray::decode(value));
         Self {
+            gray_models,
             value,
             hex: format!("{value:06X}"),
             from_gray: gray,
@@ -474,7 +425,7 @@ impl DataView {
                 view.text.push(format!("range {low:X}h..{high:X}h ({low}..{high})"));
                 if has_data && service == Service::CountingDirection && fields.data <= high {
                     let direction = CountingDirection::from_data(fields.data).direction;
-                    view.text.push(format!("{}: {}", fields.data, direction_name(direction, model)));
+                    view.text.push(format!("{}: {:#}", fields.data, DirectionMeaning { direction, model }));
                 }
             }
             Some(Legal::UpToMeasuringLength) => {
@@ -485,8 +436,11 @@ impl DataView {
                 for byte in bytes {
                     let ByteField { byte: number, name, low, high } = byte;
                     let value = byte.of(fields.data);
-                    let meaning =
-                        if has_data { byte_meaning(service, byte, fields.data) } else { String::new() };
+                    let meaning = if has_data {
+                        ByteMeaning { service, byte, data: fields.data, model }.to_string()
+                    } else {
+                        String::new()
+                    };
                     let line = match name {
                         None => "without meaning".to_owned(),
                         Some(name) if has_data => format!("{name} ({low:X}h..{high:X}h): {meaning}"),
@@ -499,37 +453,5 @@ impl DataView {
             }
         }
         view
-    }
-}
-
-fn direction_name(direction: Direction, model: Model) -> &'static str {
-    match (model, direction) {
-        (Model::La66, Direction::Rising) => "increasing towards the end of the rod",
-        (Model::La66, Direction::Falling) => "decreasing towards the end of the rod",
-        (_, Direction::Rising) => "rising clockwise, looking at the shaft",
-        (_, Direction::Falling) => "falling clockwise, looking at the shaft",
-    }
-}
-
-fn byte_meaning(service: Service, byte: ByteField, data: u32) -> String {
-    let code = || match Code::from_byte(byte.of(data)) {
-        Code::Binary => "binary",
-        Code::Gray => "Gray",
-    };
-    let values = SsiValues::from_data(data);
-    match (service, byte.byte) {
-        (Service::CountingDirection, 0) => {
-            direction_name(CountingDirection::from_data(data).direction, Model::Ce65M).to_owned()
-        }
-        (_, 1) => code().to_owned(),
-        (Service::SsiValues, 2) => if values.repetition { "with" } else { "without" }.to_owned(),
-        (Service::SsiValues, 0) => match values.bits {
-            bits if u32::from(bits) < u32::from(byte.low) || bits > byte.high => format!("{bits}, outside"),
-            24 => "24".to_owned(),
-            bits if values.repetition => format!("{bits}, but the repetition makes it 24"),
-            ssi_frame::AK40_BITS => "31, the AK-40 format (firmware from week 41/1997)".to_owned(),
-            bits => bits.to_string(),
-        },
-        _ => String::new(),
     }
 }

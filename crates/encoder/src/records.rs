@@ -66,7 +66,7 @@ impl Record {
         let values =
             PARAMETERS.into_iter().filter(move |p| p.service().known_to(model)).map(Self::Programmed);
         let accepted = (model.effect() == Effect::AtDataCheck).then_some(Self::Accepted);
-        let turns = matches!(model.sensor_kind(), SensorKind::Rotary { .. }).then_some(Self::TurnCount);
+        let turns = (model.sensor_kind() == SensorKind::Rotary).then_some(Self::TurnCount);
         values.chain([Self::Offset]).chain(accepted).chain(turns)
     }
 }

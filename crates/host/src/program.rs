@@ -123,7 +123,7 @@ impl Program {
     #[must_use]
     pub const fn new(model: Model, steps_per_turn: Option<u32>) -> Self {
         let sensor = match (model.sensor_kind(), steps_per_turn) {
-            (SensorKind::Rotary { .. }, Some(steps_per_turn)) => Sensor::Rotary { steps_per_turn },
+            (SensorKind::Rotary, Some(steps_per_turn)) => Sensor::Rotary { steps_per_turn },
             _ => model.finest_sensor(),
         };
         Self { model, sensor, wanted: [None; PARAMETERS.len()] }

@@ -1,6 +1,6 @@
 //! What a master may ask of an encoder, and how it tells the answer from every other word.
 
-use encoring_words::explain::Legal;
+use encoring_words::explain::{Deed, Legal};
 use encoring_words::parameter::{OutOfRange, Parameter, within};
 use encoring_words::word::{DATA_MAX, ERROR_BIT, In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, Model, OutWord, Service};
@@ -120,13 +120,23 @@ impl Request {
     /// The same with the service bit.
     #[must_use]
     pub fn word(self) -> OutWord {
-        OutWord::from(Out::Request(ServiceFields {
+        OutWord::from(Out::Request(self.fields()))
+    }
+
+    /// What it asks for, for people.
+    #[must_use]
+    pub const fn deed(self) -> Deed {
+        Deed::asked(self.fields())
+    }
+
+    const fn fields(self) -> ServiceFields {
+        ServiceFields {
             access: self.access,
             error: false,
             reserve: false,
             service: ServiceNumber::Known(self.service),
             data: self.data,
-        }))
+        }
     }
 
     /// The reply, if `input` is one to this request: its upper byte apart from the error bit [C12], and for a write its

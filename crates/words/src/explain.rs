@@ -12,6 +12,10 @@ use crate::service::{Access, Service};
 use crate::word::{DATA, ERROR_BIT, In, InWord, ServiceFields, ServiceNumber};
 use crate::{ErrorStatus, Model, Parameter};
 
+mod wording;
+
+pub use wording::{ByteMeaning, Deed, DirectionMeaning, Meaning, access, effect, refusal};
+
 /// The data that a service takes, as its manual lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Legal {

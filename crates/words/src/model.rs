@@ -39,6 +39,8 @@ struct Entry {
     name: &'static str,
     title: &'static str,
     sensor: SensorKind,
+    /// Of a shaft, the usual and smallest number first.
+    steps_per_turn: &'static [u32],
     services: &'static [Listed],
     effect: Effect,
     status_mask: u16,
@@ -52,6 +54,7 @@ static LA_66: Entry = Entry {
     name: "la-66",
     title: "LA-66",
     sensor: SensorKind::Linear,
+    steps_per_turn: &[],
     // [R42, R44, R49, R65..R67, R74, R77]
     services: &[
         Listed::value(Service::CountingDirection, Takes::number(0, 1), 0),
@@ -73,7 +76,8 @@ static LA_66: Entry = Entry {
 static CE_100_M: Entry = Entry {
     name: "ce-100-m",
     title: "CE-100-M",
-    sensor: SensorKind::Rotary { steps_per_turn: &[4096] },
+    sensor: SensorKind::Rotary,
+    steps_per_turn: &[4096],
     // [R42, R53, R54, R57, R58, R67, R75, R78, R90]
     services: &[
         Listed::value(Service::CountingDirection, Takes::number(0, 1), 0),
@@ -95,7 +99,8 @@ static CE_100_M: Entry = Entry {
 static CE_65_M: Entry = Entry {
     name: "ce-65-m",
     title: "CE-65-M",
-    sensor: SensorKind::Rotary { steps_per_turn: &[4096, 8192] },
+    sensor: SensorKind::Rotary,
+    steps_per_turn: &[4096, 8192],
     // [R46, R53, R54, R57, R58, R75, R78, R113, R115]
     services: &[
         Listed::value(Service::CountingDirection, Takes::DirectionAndCode, 0),
@@ -161,10 +166,7 @@ impl Model {
     /// The steps per turn that it can be built with, the usual and smallest number first; none for a rod [R99, R100].
     #[must_use]
     pub const fn steps_per_turn(self) -> &'static [u32] {
-        match self.sensor_kind() {
-            SensorKind::Rotary { steps_per_turn } => steps_per_turn,
-            SensorKind::Linear => &[],
-        }
+        self.entry().steps_per_turn
     }
 
     /// The services that its manual lists, by number.
@@ -216,6 +218,13 @@ impl Model {
         ErrorStatus::from_bits_truncate(self.entry().status_mask)
     }
 
+    /// `true` if its status tells a request that it refused, and a record that it could not read or write.
+    #[must_use]
+    pub const fn tells_refusals(self) -> bool {
+        let faults = ErrorStatus::READING_DATA.union(ErrorStatus::WRITING_DATA);
+        self.status_mask().contains(faults.union(ErrorStatus::UNKNOWN_COMMAND))
+    }
+
     /// How often the position is refreshed [R8, R9]. Where the manual is silent, 1 ms is this project's choice.
     #[must_use]
     pub const fn refresh(self) -> Duration {
@@ -248,7 +257,7 @@ impl Model {
     #[must_use]
     pub const fn largest_position(self, length: u32) -> u32 {
         match self.sensor_kind() {
-            SensorKind::Rotary { .. } => length,
+            SensorKind::Rotary => length,
             SensorKind::Linear => DATA_MAX,
         }
     }
@@ -311,7 +320,8 @@ impl Model {
     /// [`SensorError`] if it cannot.
     pub const fn built_with(self, sensor: Sensor) -> Result<Sensor, SensorError> {
         match (self.sensor_kind(), sensor) {
-            (SensorKind::Rotary { steps_per_turn: mut options }, Sensor::Rotary { steps_per_turn }) => {
+            (SensorKind::Rotary, Sensor::Rotary { steps_per_turn }) => {
+                let mut options = self.steps_per_turn();
                 while let [option, others @ ..] = options {
                     if *option == steps_per_turn {
                         return Ok(sensor);

@@ -5,13 +5,14 @@ use std::fmt;
 use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Back, ParameterRow, Prepared, Report, Stopped};
+use encoring_words::explain::Meaning;
 use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
 
 use crate::arguments::bus::Target;
 use crate::output::Answer;
-use crate::told::{FailureView, Shown, StatusView, TargetView, meaning};
+use crate::told::{FailureView, Shown, StatusView, TargetView};
 
 #[derive(Serialize)]
 pub(super) struct ProgramView {
@@ -52,7 +53,10 @@ impl RowView {
             before: row.before,
             wanted: row.wanted,
             now: row.now,
-            meaning: row.now.and_then(|value| meaning(row.parameter, model, value)),
+            meaning: row
+                .now
+                .and_then(|value| Meaning::of(row.parameter, model, value))
+                .map(|meaning| meaning.to_string()),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use encoring_words::model::Series;
 use encoring_words::word::FIELDS;
 
 use super::{Bits, DataView, InView, OutView, WordView};
@@ -70,7 +71,8 @@ impl fmt::Display for InView {
         if let Some(position) = &self.position {
             lines(f, "position", &[format!("{} ({:X}h)", position.value, position.value)])?;
             if let Some(value) = position.from_gray {
-                let from_gray = format!("{value} ({value:X}h), if a ce-65-m is programmed to Gray");
+                let models = Series(&position.gray_models, "or");
+                let from_gray = format!("{value} ({value:X}h), if a {models} is programmed to Gray");
                 lines(f, "position from Gray", &[from_gray])?;
             }
         }

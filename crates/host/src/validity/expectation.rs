@@ -77,7 +77,7 @@ impl Expectation {
                 measuring_length,
                 moved: Moved::Magnet { rod_um: i128::from(rod_um) },
             }),
-            (SensorKind::Rotary { .. }, Sensor::Rotary { steps_per_turn }) if steps_per_turn > 0 => {
+            (SensorKind::Rotary, Sensor::Rotary { steps_per_turn }) if steps_per_turn > 0 => {
                 let numerator = i128::from(check(Parameter::Numerator)?);
                 let denominator = i128::from(check(Parameter::Denominator)?);
                 let wrong = active.validity(model, sensor)

@@ -288,7 +288,7 @@ impl DeviceTable {
         let native = self.native.map(|native| within("native", native, 1, 65_536)).transpose()?;
         let rod_mm = self.rod_mm.map(|rod_mm| within("rod_mm", rod_mm, 1, 167_772)).transpose()?;
         let key = match model.sensor_kind() {
-            SensorKind::Rotary { .. } if rod_mm.is_none() => "native",
+            SensorKind::Rotary if rod_mm.is_none() => "native",
             SensorKind::Linear if native.is_some() => "native",
             _ => "rod_mm",
         };

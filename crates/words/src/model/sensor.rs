@@ -8,10 +8,7 @@ use super::{Model, Series};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorKind {
     /// A shaft.
-    Rotary {
-        /// The steps per turn that it can be built with, the usual and smallest number first.
-        steps_per_turn: &'static [u32],
-    },
+    Rotary,
     /// A rod with a magnet.
     Linear,
 }
@@ -71,7 +68,7 @@ impl fmt::Display for SensorError {
             }
             Self::OtherKind { model } => match model.sensor_kind() {
                 SensorKind::Linear => write!(f, "a {model} has a rod length, no steps per turn"),
-                SensorKind::Rotary { .. } => write!(f, "a {model} has steps per turn, no rod length"),
+                SensorKind::Rotary => write!(f, "a {model} has steps per turn, no rod length"),
             },
             Self::RodLength { rod_um } => {
                 write!(f, "a rod of {rod_um} um; the limits are {ROD_UM_MIN} um and {ROD_UM_MAX} um")
