@@ -6,9 +6,10 @@ use std::path::Path;
 
 use encoring_encoder::Unit;
 use encoring_files::Lock;
-use encoring_sim::{World, state};
+use encoring_sim::World;
+use encoring_sim::state::{self, Kept};
 
-use crate::output::{Failure, bad_input};
+use crate::output::{Failure, bad_input, note};
 
 /// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
 pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<Lock, Failure> {
@@ -24,10 +25,16 @@ pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Resu
     let lock = Lock::on(&folder.join("lock")).map_err(problem)?;
     let used = || bad_input(format!("--state {}: another simulation uses this folder", folder.display()));
     let lock = lock.ok_or_else(used)?;
-    for (position, memory) in memories.into_iter().enumerate() {
-        if let Some(memory) = memory {
-            world.insert_memory(position, memory);
+    for (position, (kept, unit)) in memories.into_iter().zip(units).enumerate() {
+        let Some(Kept { memory, stale_service }) = kept else { continue };
+        if stale_service != unit.stale_service {
+            note(&format!(
+                "position {position}: its state file has stale_service = \"{stale_service}\", the scenario \"{}\"; \
+                 the scenario counts",
+                unit.stale_service
+            ));
         }
+        world.insert_memory(position, memory);
     }
     Ok(lock)
 }

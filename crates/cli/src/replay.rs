@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 
 use clap::{Args, ValueEnum};
-use encoring_encoder::{ServiceTimes, Unit};
+use encoring_encoder::{ServiceTimes, StaleService, Unit};
 use encoring_sim::replay::{Difference, compare, play};
 use encoring_sim::{Node, device_line};
 use encoring_trace::{DeviceLine, Reader, Row, Writer};
@@ -48,6 +48,11 @@ pub(crate) struct Arguments {
     /// How long services take [default: zero, as traces are recorded]
     #[arg(long, value_name = "TIMES")]
     service_times: Option<Times>,
+
+    /// What is made of a service bit that is 1 in the first exchange after power-up, ignored or executed
+    /// [default: ignored]
+    #[arg(long, value_name = "WHAT")]
+    stale_service: Option<StaleService>,
 
     /// Print the trace with `in` filled with what the encoder gave, in canonical column order
     #[arg(long)]
@@ -103,6 +108,7 @@ impl Arguments {
         let unit = Unit::new(model, self.sensor().unwrap_or(model.usual_sensor()));
         let mut unit = unit.map_err(|error| bad_input(format!("{}: {error}", self.sensor_option())))?;
         unit.service_times = self.service_times.unwrap_or(Times::Zero).times();
+        unit.stale_service = self.stale_service.unwrap_or_default();
         Ok(unit)
     }
 
@@ -114,6 +120,8 @@ impl Arguments {
             self.sensor_option()
         } else if self.service_times.is_some_and(|times| times.times() != unit.service_times) {
             "--service-times"
+        } else if self.stale_service.is_some_and(|stale_service| stale_service != unit.stale_service) {
+            "--stale-service"
         } else {
             return Ok(());
         };
@@ -123,10 +131,14 @@ impl Arguments {
                 format!("a rod of {}.{:03} mm", rod_um / 1000, rod_um % 1000)
             }
         };
+        let stale = match self.stale_service {
+            Some(_) => format!(", and a stale service bit is {}", unit.stale_service),
+            None => String::new(),
+        };
         let ServiceTimes { read, write, data_check, preset_adjustment } = unit.service_times;
         Err(bad_input(format!(
             "{contradiction} contradicts the recording: it holds a {} with {own} and service times of {read}, \
-             {write}, {data_check} and {preset_adjustment}; leave the option out",
+             {write}, {data_check} and {preset_adjustment}{stale}; leave the option out",
             unit.model(),
         )))
     }

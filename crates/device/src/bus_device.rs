@@ -1,12 +1,23 @@
 //! The device: an encoder while there is supply, and the moments at which it exchanges words.
 
 use embedded_storage::Storage;
-use encoring_encoder::{Encoder, Unit};
+use encoring_encoder::{Encoder, StaleService, Unit};
+use encoring_ring::Taken;
 use encoring_ring::profile::RESET_AFTER;
 use encoring_words::ssi_frame::Level;
+use encoring_words::word::Out;
 use encoring_words::{InWord, Instant, OutWord};
 
 use crate::supply::{OFF_BELOW_MV, OVERVOLTAGE_ABOVE_MV, Surroundings};
+
+/// What the chip makes of a service bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ServiceBit {
+    /// It hands it on.
+    HandedOn,
+    /// It stood when the bus came out of a reset, or may have: it is held back until a cycle has brought 0 [D43].
+    HeldBack,
+}
 
 /// An encoder that is switched on and off, behind its protocol chip.
 #[derive(Clone, Debug)]
@@ -17,13 +28,24 @@ pub struct BusDevice {
     supplied_since: Option<Instant>,
     last_exchange: Instant,
     overvoltage: bool,
+    service_bit: ServiceBit,
+    /// Of the chip, when the encoder heard it last.
+    resets: u32,
 }
 
 impl BusDevice {
     /// A device without supply.
     #[must_use]
     pub const fn new(unit: Unit) -> Self {
-        Self { unit, encoder: None, supplied_since: None, last_exchange: Instant::ZERO, overvoltage: false }
+        Self {
+            unit,
+            encoder: None,
+            supplied_since: None,
+            last_exchange: Instant::ZERO,
+            overvoltage: false,
+            service_bit: ServiceBit::HandedOn,
+            resets: 0,
+        }
     }
 
     /// Tells the supply: any time below [`OFF_BELOW_MV`] is a power-off [R121]. When it is back the encoder is switched
@@ -46,14 +68,13 @@ impl BusDevice {
         self.encoder = None;
     }
 
-    /// Whether there is an exchange at the end of a cycle that reached the device, good or bad. `taken` is the word that
-    /// its chip has taken since it was switched on.
+    /// Whether there is an exchange at the end of a cycle that reached the device, good or bad.
     ///
     /// A device that has taken none waits for its first: were it told 0 meanwhile, a service bit that stood all through
     /// a power dip would look like a new request.
     #[must_use]
-    pub const fn exchanges_after_cycle(&self, taken: Option<OutWord>) -> bool {
-        self.encoder.is_some() || (taken.is_some() && self.supplied_since.is_some())
+    pub const fn exchanges_after_cycle(&self, taken: Taken) -> bool {
+        self.encoder.is_some() || (taken.word.is_some() && self.supplied_since.is_some())
     }
 
     /// When the next exchange is due if no cycle comes: every refresh time, up to and with `until`. A device that was
@@ -76,12 +97,23 @@ impl BusDevice {
         self.encoder.as_ref().map_or(at, |encoder| encoder.refreshed_at(at))
     }
 
-    /// The OUT word that the encoder hears when its chip holds `taken`: 0 before the first.
-    #[must_use]
-    pub const fn hears(&self, taken: Option<OutWord>) -> OutWord {
-        match taken {
-            Some(out) => out,
-            None => OutWord(0),
+    /// The OUT word that the encoder hears in its next exchange: 0 while the chip is in reset.
+    ///
+    /// Afterwards a service bit that is 1 is held back until a cycle has brought 0, or a controller that stood in the
+    /// middle of a service when the bus stopped would have it done twice; bits 30..0 pass [D43]. The first word after
+    /// power-up passes whole: there the encoder does the same by itself [D1].
+    pub fn hears(&mut self, taken: Taken) -> OutWord {
+        let was_reset = self.encoder.is_some() && taken.resets != self.resets;
+        self.resets = taken.resets;
+        match taken.word {
+            Some(out) if !out.service_bit() => self.service_bit = ServiceBit::HandedOn,
+            Some(_) if self.encoder.is_none() => self.service_bit = ServiceBit::HandedOn,
+            Some(_) if !was_reset => {}
+            _ => self.service_bit = ServiceBit::HeldBack,
+        }
+        match (self.unit.stale_service, self.service_bit) {
+            (StaleService::Ignored, ServiceBit::HeldBack) => OutWord::from(Out::Normal(taken.shown().0)),
+            _ => taken.shown(),
         }
     }
 

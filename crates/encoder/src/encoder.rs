@@ -109,7 +109,7 @@ impl Encoder {
             epoch,
             sample: 0,
             magnet_missing: false,
-            handshake: Handshake::POWER_UP,
+            handshake: Handshake::power_up(unit.stale_service),
             parameters,
             offset,
             scale,

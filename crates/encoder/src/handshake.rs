@@ -4,6 +4,8 @@
 
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
+use crate::unit::StaleService;
+
 /// Where a service stands. One value an exchange; every transition is in [`Handshake::request`] and
 /// [`Handshake::complete`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,8 +46,14 @@ pub enum Ending {
 }
 
 impl Handshake {
-    /// The state after power-up: a bit 31 that is already 1 is stale, and must not move a zero.
-    pub const POWER_UP: Self = Self::Ignoring;
+    /// The state after power-up: a bit 31 that is already 1 is stale, and must not move a zero [D1].
+    #[must_use]
+    pub const fn power_up(stale_service: StaleService) -> Self {
+        match stale_service {
+            StaleService::Ignored => Self::Ignoring,
+            StaleService::Executed => Self::Normal,
+        }
+    }
 
     /// Takes the OUT word of this exchange. `time` is the service time of a request made by it.
     pub fn request(&mut self, now: Instant, out: OutWord, time: impl FnOnce(OutWord) -> Duration) {
@@ -106,7 +114,7 @@ mod tests {
     /// Plays bit 31, one exchange a millisecond, with a service time in milliseconds; in the answer `p` is the
     /// position and `R` the reply.
     fn play(bits: &str, service_ms: u64, shown: &str) {
-        let mut handshake = Handshake::POWER_UP;
+        let mut handshake = Handshake::power_up(StaleService::Ignored);
         for (k, (bit, expected)) in bits.bytes().zip(shown.bytes()).enumerate() {
             let now = Instant(k as u64 * 1_000_000);
             let out = if bit == b'1' { REQUEST } else { OutWord(REQUEST.0 & 0x7FFF_FFFF) };
@@ -130,6 +138,13 @@ mod tests {
     fn a_stale_service_bit_at_power_up_is_no_request_until_it_has_been_0() {
         play("1111011", 0, "pppppRR");
         play("1101", 0, "pppR");
+    }
+
+    #[test]
+    fn a_unit_that_executes_a_stale_service_bit_takes_it_for_a_request_at_power_up() {
+        let mut handshake = Handshake::power_up(StaleService::Executed);
+        handshake.request(Instant(0), REQUEST, |_| Duration::ZERO);
+        assert_eq!(handshake.due(Instant(0)), Some(REQUEST));
     }
 
     #[test]

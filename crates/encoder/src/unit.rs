@@ -120,6 +120,50 @@ pub enum ZeroLoss {
     WorstAllowed,
 }
 
+/// What is made of a service bit that is 1 in the first OUT word after power-up or after a reset of the bus [D1, D43].
+/// What a real encoder does is not known, so controller programs should be tested against both.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StaleService {
+    /// It is no request until a cycle has brought 0.
+    #[default]
+    Ignored,
+    /// The word counts as it is: a preset that still stands is done a second time.
+    Executed,
+}
+
+impl fmt::Display for StaleService {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Ignored => "ignored",
+            Self::Executed => "executed",
+        })
+    }
+}
+
+/// A text that names no [`StaleService`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NoStaleService;
+
+impl fmt::Display for NoStaleService {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a stale service bit is ignored or executed")
+    }
+}
+
+impl core::error::Error for NoStaleService {}
+
+impl FromStr for StaleService {
+    type Err = NoStaleService;
+
+    fn from_str(text: &str) -> Result<Self, NoStaleService> {
+        match text {
+            "ignored" => Ok(Self::Ignored),
+            "executed" => Ok(Self::Executed),
+            _ => Err(NoStaleService),
+        }
+    }
+}
+
 /// One encoder as delivered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
@@ -131,6 +175,8 @@ pub struct Unit {
     pub service_times: ServiceTimes,
     /// What it makes of a shaft that moved without supply.
     pub zero_loss: ZeroLoss,
+    /// What it makes of a service bit that stood while it was off or its bus in reset.
+    pub stale_service: StaleService,
 }
 
 impl Unit {
@@ -146,6 +192,7 @@ impl Unit {
                 firmware: Week::AK40,
                 service_times: ServiceTimes::DEFAULT,
                 zero_loss: ZeroLoss::Nearest,
+                stale_service: StaleService::Ignored,
             }),
             Err(wrong) => Err(wrong),
         }
@@ -175,6 +222,16 @@ mod tests {
     extern crate std;
     use super::*;
     use std::string::ToString;
+
+    #[test]
+    fn what_becomes_of_a_stale_service_bit_has_two_names() {
+        for known in [StaleService::Ignored, StaleService::Executed] {
+            assert_eq!(known.to_string().parse(), Ok(known));
+        }
+        for wrong in ["", "Ignored", "worst", "executed "] {
+            assert_eq!(wrong.parse::<StaleService>(), Err(NoStaleService), "{wrong:?}");
+        }
+    }
 
     #[test]
     fn firmware_weeks_have_an_order() {

@@ -15,7 +15,7 @@ use crate::frame::{Outgoing, frame_bits};
 use crate::ident::Ident;
 use crate::master::{ConfigurationError, Ended, Master, Slot, State};
 use crate::profile::{DEVICE_DELAY_BITS, STATUS_BEFORE_FRAME, STATUS_BITS};
-use crate::slave::{Condition, Lamps, Slave};
+use crate::slave::{Condition, Lamps, Slave, Taken};
 use crate::telegram::{Bits, statuses};
 use crate::word_level::Verdict;
 
@@ -271,8 +271,13 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     /// The OUT word that the device at a position holds: the last one taken, 0 before the first and in reset.
     #[must_use]
     pub fn out_word(&self, position: usize) -> OutWord {
-        let bytes = self.slaves().get(position).and_then(|slave| slave.latched().first_chunk());
-        OutWord(bytes.map_or(0, |bytes| u32::from_be_bytes(*bytes)))
+        self.taken(position).shown()
+    }
+
+    /// What the chip at a position holds, and how often it was reset.
+    #[must_use]
+    pub fn taken(&self, position: usize) -> Taken {
+        self.slaves().get(position).map(Slave::taken).unwrap_or_default()
     }
 
     /// The lamps of the device at a position; `None` past the last one.

@@ -25,5 +25,5 @@ pub use cycle_time::CycleTime;
 pub use ident::Ident;
 pub use image::{ENCODERS_MAX, ProcessImage, TooManyEncoders};
 pub use master::Master;
-pub use slave::Slave;
+pub use slave::{Slave, Taken};
 pub use word_level::{Verdict, WordRing};

@@ -4,7 +4,7 @@
 //! behind it. It is total: there is no line that it does not follow. [`Slave::regenerate`] is the same without the
 //! delay of [A4] and many bits at a time; a ring that moves all its delay to the master's end uses that.
 
-use encoring_words::Duration;
+use encoring_words::{Duration, OutWord};
 
 use crate::crc::Crc;
 use crate::frame::{Control, EndWord, Outgoing, bad};
@@ -24,6 +24,29 @@ pub enum Strobe {
     Load,
     /// New OUT data have just been taken.
     Latch,
+}
+
+/// What a chip holds of the OUT words: what the device behind it is told at the end of a cycle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Taken {
+    /// The word taken last; `None` since the last reset.
+    pub word: Option<OutWord>,
+    /// How often the chip was reset so far: a reset between two looks would be missed otherwise.
+    pub resets: u32,
+}
+
+impl Taken {
+    /// The same chip, reset once more.
+    #[must_use]
+    pub const fn reset(self) -> Self {
+        Self { word: None, resets: self.resets.wrapping_add(1) }
+    }
+
+    /// The word that the chip shows: 0 in reset.
+    #[must_use]
+    pub fn shown(self) -> OutWord {
+        self.word.unwrap_or_default()
+    }
 }
 
 /// The jumper in the outgoing plug that says that there is a next device [R137, C33].
@@ -101,6 +124,8 @@ pub struct Slave {
     register: Register,
     input: [u8; DEVICE_BYTES_MAX],
     latched: [u8; DEVICE_BYTES_MAX],
+    /// The beginning of `latched`, as encoders read it.
+    taken: Taken,
     times: Times,
     /// The last bits sent, still inside of the chip.
     pipe: u8,
@@ -197,6 +222,7 @@ impl Slave {
             register: Register { bytes: [0; DEVICE_BYTES_MAX], length: 0, at: 0 },
             input: [0; DEVICE_BYTES_MAX],
             latched: [0; DEVICE_BYTES_MAX],
+            taken: Taken::default(),
             times: Times {
                 now: 0,
                 heard: 0,
@@ -399,6 +425,9 @@ impl Slave {
                 for (place, byte) in self.latched.iter_mut().zip(self.register.bytes()) {
                     *place = byte;
                 }
+                // A device with fewer bytes is no encoder.
+                let word = self.latched().first_chunk().map_or(0, |bytes| u32::from_be_bytes(*bytes));
+                self.taken.word = Some(OutWord(word));
                 self.times.taken = Some(self.times.now);
                 Strobe::Latch
             }
@@ -450,6 +479,7 @@ impl Slave {
         self.outgoing = Outgoing::Off;
         self.position = None;
         self.latched = [0; DEVICE_BYTES_MAX];
+        self.taken = self.taken.reset();
         self.messages &= !MESSAGE_CRC;
     }
 
@@ -536,10 +566,10 @@ impl Slave {
         self.position
     }
 
-    /// `true` once it has taken OUT data since it was switched on.
+    /// The OUT word that it has taken, and how often it was reset.
     #[must_use]
-    pub const fn has_taken(&self) -> bool {
-        self.times.taken.is_some()
+    pub const fn taken(&self) -> Taken {
+        self.taken
     }
 
     /// What it is in the middle of.

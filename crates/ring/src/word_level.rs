@@ -8,6 +8,7 @@ use encoring_words::{InWord, Instant, OutWord};
 use crate::diagnostics::{Counts, Place, status};
 use crate::image::ENCODERS_MAX;
 use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER, STOP_AFTER};
+use crate::slave::Taken;
 
 /// How a data cycle went. Segment k leads into the device at position k; the one after the last device leads back
 /// to the master.
@@ -45,7 +46,7 @@ pub struct WordRing {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct Device {
-    taken: OutWord,
+    taken: Taken,
     line: Line,
     /// End of the last data cycle that it took.
     cycled: Option<Instant>,
@@ -98,14 +99,14 @@ impl WordRing {
             if position < hearing {
                 // What it held before a reset does not come up again.
                 if device.is_reset(now) {
-                    device.taken = OutWord(0);
+                    device.taken = device.taken.reset();
                 }
                 device.line = Line::Alive;
             } else if device.line == Line::Alive {
                 device.line = Line::SilentSince(self.ended);
             }
             if position < taking {
-                device.taken = *out;
+                device.taken.word = Some(*out);
                 device.cycled = Some(now);
             }
         }
@@ -174,16 +175,17 @@ impl WordRing {
     /// 25 ms of silence.
     #[must_use]
     pub fn out_word(&self, position: usize, now: Instant) -> OutWord {
-        match self.devices.get(position) {
-            Some(device) if !device.is_reset(now) => device.taken,
-            _ => OutWord(0),
-        }
+        self.taken(position, now).shown()
     }
 
-    /// `true` once the device has taken an OUT word since it was switched on.
+    /// What the chip at `position` holds at `now`, and how often it was reset.
     #[must_use]
-    pub fn has_taken(&self, position: usize) -> bool {
-        self.devices.get(position).is_some_and(|device| device.cycled.is_some())
+    pub fn taken(&self, position: usize, now: Instant) -> Taken {
+        match self.devices.get(position) {
+            Some(device) if device.is_reset(now) => device.taken.reset(),
+            Some(device) => device.taken,
+            None => Taken::default(),
+        }
     }
 
     /// The lamp BA of the device at `position`: a data cycle was taken in the last 640 ms [R139].
@@ -199,6 +201,13 @@ impl WordRing {
     #[must_use]
     pub fn incoming_connected(&self, position: usize, now: Instant) -> bool {
         self.devices.get(position).is_some_and(|device| !device.is_reset(now))
+    }
+
+    /// The reset input of the chip at `position` is held: it forgets what it took, and that there is a line.
+    pub fn hold(&mut self, position: usize) {
+        if let Some(device) = self.devices.get_mut(position) {
+            *device = Device { taken: device.taken.reset(), ..Device::default() };
+        }
     }
 
     /// A device that lost its supply has forgotten what it took.

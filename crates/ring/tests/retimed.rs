@@ -83,7 +83,7 @@ proptest! {
         prop_assert_eq!(at_once.latched(), clocked.latched());
         prop_assert_eq!(at_once.identification(), clocked.identification());
         prop_assert_eq!(at_once.outgoing(), clocked.outgoing());
-        prop_assert_eq!(at_once.has_taken(), clocked.has_taken());
+        prop_assert_eq!(at_once.taken(), clocked.taken());
         prop_assert_eq!(at_once.lamps(), clocked.lamps());
     }
 }

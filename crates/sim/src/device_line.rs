@@ -7,12 +7,13 @@
 //! | `firmware` | week, like `41/1997` | `41/1997` |
 //! | `service_times` | `READ/WRITE/CHECK/PRESET` in nanoseconds | the default service times |
 //! | `zero_loss` | `nearest` or `worst` | `nearest` |
+//! | `stale_service` | `ignored` or `executed` | `ignored` |
 //!
-//! [`to_device`] writes every setting that fits the model.
+//! [`to_device`] writes every setting that fits the model, but `stale_service` only where it is `executed`.
 
 use encoring_encoder::records::EEPROM_BYTES;
-use encoring_encoder::unit::NotAWeek;
-use encoring_encoder::{ServiceTimes, Unit, ZeroLoss};
+use encoring_encoder::unit::{NoStaleService, NotAWeek};
+use encoring_encoder::{ServiceTimes, StaleService, Unit, ZeroLoss};
 use encoring_trace::DeviceLine;
 use encoring_words::model::{Sensor, SensorError, SensorKind, UnknownModel};
 use encoring_words::{Duration, Model};
@@ -24,6 +25,7 @@ const ROD_UM: &str = "rod_um";
 const FIRMWARE: &str = "firmware";
 const SERVICE_TIMES: &str = "service_times";
 const ZERO_LOSS: &str = "zero_loss";
+const STALE_SERVICE: &str = "stale_service";
 
 /// Why a device line describes no encoder.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -55,7 +57,9 @@ pub enum Error {
         reason: NotAWeek,
     },
     /// There is no such setting.
-    #[error("unknown setting {key:?}, the settings are native, rod_um, firmware, service_times, zero_loss")]
+    #[error(
+        "unknown setting {key:?}, the settings are native, rod_um, firmware, service_times, zero_loss, stale_service"
+    )]
     Unknown {
         /// What stands there.
         key: String,
@@ -92,11 +96,13 @@ pub fn to_device(position: u8, unit: &Unit, memory: &Eeprom) -> DeviceLine {
         (SERVICE_TIMES, times.join("/")),
         (ZERO_LOSS, zero_loss_name(unit.zero_loss).to_owned()),
     ];
+    let executed = (unit.stale_service == StaleService::Executed)
+        .then(|| (STALE_SERVICE.to_owned(), unit.stale_service.to_string()));
     DeviceLine {
         line: 0,
         position,
         model: unit.model().name().to_owned(),
-        settings: settings.map(|(key, value)| (key.to_owned(), value)).into(),
+        settings: settings.map(|(key, value)| (key.to_owned(), value)).into_iter().chain(executed).collect(),
         memory: memory.image().to_vec(),
     }
 }
@@ -113,6 +119,7 @@ pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
     let mut firmware = None;
     let mut times = None;
     let mut zero_loss = None;
+    let mut stale_service = None;
     for (key, value) in &device.settings {
         match key.as_str() {
             NATIVE => native = Some(number(NATIVE, value)?),
@@ -123,6 +130,7 @@ pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
             }
             SERVICE_TIMES => times = Some(service_times(value)?),
             ZERO_LOSS => zero_loss = Some(zero_loss_named(value)?),
+            STALE_SERVICE => stale_service = Some(stale_service_named(value)?),
             _ => return Err(Error::Unknown { key: key.clone() }),
         }
     }
@@ -133,6 +141,7 @@ pub fn from_device(device: &DeviceLine) -> Result<(Unit, Eeprom), Error> {
     unit.firmware = firmware.unwrap_or(unit.firmware);
     unit.service_times = times.unwrap_or(unit.service_times);
     unit.zero_loss = zero_loss.unwrap_or(unit.zero_loss);
+    unit.stale_service = stale_service.unwrap_or(unit.stale_service);
     let image = <[u8; EEPROM_BYTES]>::try_from(device.memory.as_slice());
     let image = image.map_err(|_| Error::Memory { found: device.memory.len() })?;
     Ok((unit, Eeprom::from_image(image)))
@@ -181,6 +190,14 @@ fn zero_loss_named(value: &str) -> Result<ZeroLoss, Error> {
     found.ok_or_else(|| Error::Value { key: ZERO_LOSS, value: value.to_owned(), allowed: "nearest or worst" })
 }
 
+fn stale_service_named(value: &str) -> Result<StaleService, Error> {
+    value.parse().map_err(|NoStaleService| Error::Value {
+        key: STALE_SERVICE,
+        value: value.to_owned(),
+        allowed: "ignored or executed",
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -210,6 +227,7 @@ mod tests {
         old.firmware = Week::new(40, 1997).unwrap();
         old.service_times = ServiceTimes::ZERO;
         old.zero_loss = ZeroLoss::WorstAllowed;
+        old.stale_service = StaleService::Executed;
         let units = [
             old,
             Unit::new(Model::Ce100M, Q4096).unwrap(),
@@ -235,6 +253,10 @@ mod tests {
              service_times=0/10000000/20000000/10000000 zero_loss=nearest"
         );
         assert_eq!(memory, "FF".repeat(EEPROM_BYTES));
+        let mut executes = unit;
+        executes.stale_service = StaleService::Executed;
+        let line = to_device(3, &executes, &Eeprom::blank()).to_string();
+        assert!(line.contains(" zero_loss=nearest stale_service=executed memory="), "{line}");
     }
 
     #[test]
@@ -276,6 +298,10 @@ mod tests {
         assert_eq!(
             refusal("ce-65-m", &[("zero_loss", "best")]),
             "setting zero_loss: \"best\" is not nearest or worst"
+        );
+        assert_eq!(
+            refusal("ce-65-m", &[("stale_service", "done")]),
+            "setting stale_service: \"done\" is not ignored or executed"
         );
         assert!(refusal("ce-65-m", &[("colour", "red")]).starts_with("unknown setting \"colour\""));
         let mut short = device("ce-65-m", &[]);

@@ -3,6 +3,7 @@
 use encoring_device::{BusDevice, OFF_BELOW_MV, Surroundings};
 use encoring_encoder::records;
 use encoring_encoder::{Encoder, Unit};
+use encoring_ring::Taken;
 use encoring_words::ssi_frame::Level;
 use encoring_words::{InWord, Instant, OutWord};
 
@@ -29,6 +30,11 @@ impl Node {
     #[must_use]
     pub const fn with_memory(unit: Unit, memory: Eeprom) -> Self {
         Self { device: BusDevice::new(unit), memory }
+    }
+
+    /// The OUT word that the encoder hears in its next exchange.
+    pub fn hears(&mut self, taken: Taken) -> OutWord {
+        self.device.hears(taken)
     }
 
     /// One exchange; `None` while the supply is too low.

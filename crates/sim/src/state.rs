@@ -6,8 +6,9 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use encoring_encoder::Unit;
 use encoring_encoder::records::EEPROM_BYTES;
+use encoring_encoder::unit::NoStaleService;
+use encoring_encoder::{StaleService, Unit};
 use encoring_files::{Replacement, TextError, read_text};
 use encoring_words::model::Sensor;
 use serde::{Deserialize, Serialize};
@@ -36,14 +37,29 @@ struct StateTable {
     native: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     rod_um: Option<u32>,
+    /// Left out: ignored.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    stale_service: Option<String>,
     memory: String,
+}
+
+/// What a state file holds of an encoder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// Its memory.
+    pub memory: Eeprom,
+    /// What it made of a stale service bit when the file was written. The memory is the same either way, so it fits an
+    /// encoder that does otherwise.
+    pub stale_service: StaleService,
 }
 
 impl StateTable {
     fn of(unit: &Unit, memory: &Eeprom) -> Self {
         let (native, rod_um) = sensor(unit);
         let memory = memory.image().iter().map(|byte| format!("{byte:02X}")).collect();
-        Self { version: 1, model: unit.model().to_string(), native, rod_um, memory }
+        let stale_service =
+            (unit.stale_service != StaleService::default()).then(|| unit.stale_service.to_string());
+        Self { version: 1, model: unit.model().to_string(), native, rod_um, stale_service, memory }
     }
 }
 
@@ -64,7 +80,7 @@ pub fn file(folder: &Path, position: usize) -> PathBuf {
 ///
 /// # Errors
 /// [`StateError`] if the file is cut off, of another version or of another encoder.
-pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Eeprom>, StateError> {
+pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Kept>, StateError> {
     let file = file(folder, position);
     let error = |problem| StateError { file: file.clone(), problem };
     match read_text(&file, FILE_BYTES_MAX) {
@@ -78,7 +94,7 @@ pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Eeprom
 ///
 /// # Errors
 /// What is wrong: the text is cut off, of another version or of another encoder.
-pub fn parse(text: &str, position: usize, unit: &Unit) -> Result<Eeprom, String> {
+pub fn parse(text: &str, position: usize, unit: &Unit) -> Result<Kept, String> {
     let table: StateTable = toml::from_str(text)
         .map_err(|cause| format!("no whole state file: {}", cause.message().replace('\n', "; ")))?;
     if table.version != 1 {
@@ -97,9 +113,15 @@ pub fn parse(text: &str, position: usize, unit: &Unit) -> Result<Eeprom, String>
             shown(unit.model().name(), native, rod_um)
         ));
     }
-    image(&table.memory)
-        .map(Eeprom::from_image)
-        .ok_or_else(|| format!("memory is not {} hex digits", 2 * EEPROM_BYTES))
+    let stale_service = table.stale_service.as_deref().map(|named| {
+        named.parse().map_err(|wrong: NoStaleService| format!("stale_service \"{named}\": {wrong}"))
+    });
+    let image =
+        image(&table.memory).ok_or_else(|| format!("memory is not {} hex digits", 2 * EEPROM_BYTES))?;
+    Ok(Kept {
+        memory: Eeprom::from_image(image),
+        stale_service: stale_service.transpose()?.unwrap_or_default(),
+    })
 }
 
 fn image(hex: &str) -> Option<[u8; EEPROM_BYTES]> {
@@ -141,13 +163,32 @@ mod tests {
     fn a_memory_comes_back_from_its_file() {
         let folder = tempfile::tempdir().unwrap();
         let memory = Node::new(unit(4096)).memory().clone();
-        let image = || read(folder.path(), 3, &unit(4096)).unwrap().map(|memory| *memory.image());
+        let image = || read(folder.path(), 3, &unit(4096)).unwrap().map(|kept| *kept.memory.image());
         assert_eq!(image(), None);
         write(folder.path(), 3, &unit(4096), &memory).unwrap();
         assert_eq!(image(), Some(*memory.image()));
         write(folder.path(), 3, &unit(4096), &Eeprom::blank()).unwrap();
         assert_eq!(image(), Some([0xFF; EEPROM_BYTES]));
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+    }
+
+    #[test]
+    fn a_file_tells_what_its_encoder_made_of_a_stale_service_bit_and_fits_one_that_does_otherwise() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut executes = unit(4096);
+        executes.stale_service = StaleService::Executed;
+        for (written, line) in [(unit(4096), None), (executes, Some("stale_service = \"executed\""))] {
+            write(folder.path(), 0, &written, Node::new(written).memory()).unwrap();
+            let text = fs::read_to_string(file(folder.path(), 0)).unwrap();
+            assert_eq!(text.lines().find(|line| line.starts_with("stale_service")), line);
+            for now in [unit(4096), executes] {
+                let kept = read(folder.path(), 0, &now).unwrap().unwrap();
+                assert_eq!(kept.stale_service, written.stale_service);
+            }
+        }
+        let wrong = fs::read_to_string(file(folder.path(), 0)).unwrap().replace("executed", "done");
+        let problem = parse(&wrong, 0, &executes).unwrap_err();
+        assert_eq!(problem, "stale_service \"done\": a stale service bit is ignored or executed");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use encoring_ring::diagnostics::Place;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::{Condition, Jumper};
-use encoring_ring::{BitRing, CycleTime, Ident, Master, ProcessImage, Slave, Verdict, WordRing};
+use encoring_ring::{BitRing, CycleTime, Ident, Master, ProcessImage, Slave, Taken, Verdict, WordRing};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -78,19 +78,15 @@ impl Wire {
     /// The OUT word that the device at `position` holds at `now`. The bit level knows the present only.
     #[must_use]
     pub fn out_word(&self, position: usize, now: Instant) -> OutWord {
-        match self {
-            Self::Word(ring) => ring.out_word(position, now),
-            Self::Bit(wire) => wire.ring.out_word(position),
-        }
+        self.taken(position, now).shown()
     }
 
-    /// The same; `None` before the device has taken an OUT word since it was switched on.
-    pub(crate) fn taken(&self, position: usize, now: Instant) -> Option<OutWord> {
-        let has_taken = match self {
-            Self::Word(ring) => ring.has_taken(position),
-            Self::Bit(wire) => wire.ring.slaves().get(position).is_some_and(Slave::has_taken),
-        };
-        has_taken.then(|| self.out_word(position, now))
+    /// What the chip at `position` holds at `now`, and how often it was reset. The bit level knows the present only.
+    pub(crate) fn taken(&self, position: usize, now: Instant) -> Taken {
+        match self {
+            Self::Word(ring) => ring.taken(position, now),
+            Self::Bit(wire) => wire.ring.taken(position),
+        }
     }
 
     /// The lamp BA [R139].
@@ -171,6 +167,14 @@ impl Wire {
         match self {
             Self::Word(ring) => ring.power_off(position),
             Self::Bit(wire) => wire.set_condition(position, Condition::Off),
+        }
+    }
+
+    /// A chip whose reset input is held forgets too.
+    pub(crate) fn hold(&mut self, position: usize) {
+        match self {
+            Self::Word(ring) => ring.hold(position),
+            Self::Bit(wire) => wire.set_condition(position, Condition::Held),
         }
     }
 

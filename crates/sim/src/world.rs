@@ -229,6 +229,9 @@ impl World {
         let (verdict, place) = match &mut self.ring {
             Wire::Word(ring) => {
                 ring.cycle(ends, out, input, &self.answers, verdict);
+                for (position, _) in self.places.iter().enumerate().filter(|(_, place)| place.is_held()) {
+                    ring.hold(position);
+                }
                 (verdict, None)
             }
             Wire::Bit(wire) => {
@@ -247,13 +250,15 @@ impl World {
             let event = event.clone();
             self.next_event += 1;
             // Devices without cycles may look at their surroundings several times before this changes them.
-            for position in heard..self.places.len() {
-                self.exchange_without_cycles(position, event.at);
+            for position in 0..self.places.len() {
+                if !self.is_reached(position, heard) {
+                    self.exchange_without_cycles(position, event.at);
+                }
             }
             self.happen(&event, Stage::Due);
         }
         for position in 0..self.places.len() {
-            if position < heard {
+            if self.is_reached(position, heard) {
                 self.exchange_after_cycle(position, ends);
             } else {
                 self.exchange_without_cycles(position, ends);
@@ -307,7 +312,12 @@ impl World {
             }
             Change::MemoryFault(kind, cell) => place.node.memory_mut().fail(*kind, *cell),
             Change::MemoryRepair => place.node.memory_mut().repair(),
-            Change::Chip(chip) => place.chip = *chip,
+            Change::Chip(chip) => {
+                place.chip = *chip;
+                if place.is_held() {
+                    self.ring.hold(position);
+                }
+            }
             Change::Jumper(jumper) => {
                 place.jumper = *jumper;
                 self.ring.set_jumper(position, *jumper);
@@ -404,6 +414,11 @@ impl World {
         Planned { verdict, hit }
     }
 
+    /// Whether a cycle that `heard` devices heard reached the one at a position.
+    fn is_reached(&self, position: usize, heard: usize) -> bool {
+        position < heard && !self.places.get(position).is_some_and(Place::is_held)
+    }
+
     /// The exchange at the end of a cycle that reached the device, good or bad.
     fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
         let taken = self.ring.taken(position, ends);
@@ -424,7 +439,7 @@ impl World {
     fn exchange(&mut self, position: usize, at: Instant) {
         let taken = self.ring.taken(position, at);
         let Some(place) = self.places.get_mut(position) else { return };
-        let out = place.node.device().hears(taken);
+        let out = place.node.hears(taken);
         place.around.terminals.raw = place.raw(place.node.device().looks_at(at));
         let around = place.around;
         let input = place.node.step(at, out, &around);
@@ -481,6 +496,11 @@ impl Place {
             (false, Chip::Held) => Condition::Held,
             (false, Chip::Running) => Condition::Running,
         }
+    }
+
+    /// Whether the reset input of its chip is held.
+    fn is_held(&self) -> bool {
+        self.chip == Chip::Held
     }
 
     /// The device here.

@@ -26,7 +26,7 @@ fn restored(text: &str, folder: &std::path::Path) -> Ring {
     let scenario = scenario(text);
     let mut ring = Ring::of(&scenario);
     for (position, device) in scenario.devices.iter().enumerate() {
-        let memory = state::read(folder, position, &device.unit).unwrap().unwrap();
+        let memory = state::read(folder, position, &device.unit).unwrap().unwrap().memory;
         ring.world.insert_memory(position, memory);
     }
     ring

@@ -320,8 +320,9 @@ fn units() -> Vec<Unit> {
 fn the_keeper_writes_what_changes_and_at_the_end_the_turn_count() {
     let folder = tempfile::tempdir().unwrap();
     let units = units();
-    let image =
-        |position: usize| state::read(folder.path(), position, &units[position]).unwrap().map(|m| *m.image());
+    let image = |position: usize| {
+        state::read(folder.path(), position, &units[position]).unwrap().map(|kept| *kept.memory.image())
+    };
     let station = Station::start(world(), at(Speed::REAL)).unwrap();
     let handle = station.handle();
     let keeper = Keeper::start(handle.clone(), folder.path().to_owned(), units.clone()).unwrap();
@@ -342,7 +343,7 @@ fn the_keeper_writes_what_changes_and_at_the_end_the_turn_count() {
 
     let mut world = world();
     for (position, unit) in units.iter().enumerate() {
-        world.insert_memory(position, state::read(folder.path(), position, unit).unwrap().unwrap());
+        world.insert_memory(position, state::read(folder.path(), position, unit).unwrap().unwrap().memory);
     }
     let motion = Change::Motion(NewMotion::Motion(Motion::Hold { raw: far }));
     world.change(2, &[motion]);

@@ -11,7 +11,7 @@ use core::num::NonZeroU32;
 
 use encoring_device::{BusDevice, Surroundings};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
-use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
+use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, StaleService, Terminals, Unit, Week, ZeroLoss};
 use encoring_host::Seen;
 use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
 use encoring_ring::frame::{self, Control, EndWord, Outgoing};
@@ -19,7 +19,7 @@ use encoring_ring::image::Half;
 use encoring_ring::master::WhenBroken;
 use encoring_ring::slave::{Condition, Jumper};
 use encoring_ring::telegram::{Bits, Decoder};
-use encoring_ring::{BitRing, CycleTime, Ident, ProcessImage, Slave, Verdict, WordRing};
+use encoring_ring::{BitRing, CycleTime, Ident, ProcessImage, Slave, Taken, Verdict, WordRing};
 use encoring_words::model::{MODELS, Sensor};
 use encoring_words::parameter::{PARAMETERS, SsiValues};
 use encoring_words::service::SERVICES;
@@ -116,6 +116,7 @@ fn unit() -> Option<Unit> {
         preset_adjustment: Duration(any()),
     };
     unit.zero_loss = if any() { ZeroLoss::Nearest } else { ZeroLoss::WorstAllowed };
+    unit.stale_service = if any() { StaleService::Ignored } else { StaleService::Executed };
     Some(unit)
 }
 
@@ -154,7 +155,8 @@ fn device() {
         let magnet = if any() { Magnet::Present } else { Magnet::Missing };
         let terminals = Terminals { raw: any(), magnet, preset_mv: [any(), any()] };
         let around = Surroundings { terminals, supply_mv: any() };
-        let taken = if any() { Some(OutWord(any())) } else { None };
+        let word = if any() { Some(OutWord(any())) } else { None };
+        let taken = Taken { word, resets: any() };
         black_box((device.exchanges_after_cycle(taken), device.due_without_cycles(Instant(any()))));
         black_box(device.looks_at(Instant(any())));
         let out = device.hears(taken);
@@ -188,8 +190,9 @@ fn ring() {
         let (out, input) = image.both();
         ring.cycle(Instant(any()), out, input, answers, verdict);
         black_box((ring.out_word(any(), Instant(any())), ring.bus_active(any(), Instant(any()))));
-        black_box((ring.incoming_connected(any(), Instant(any())), ring.has_taken(any())));
+        black_box((ring.incoming_connected(any(), Instant(any())), ring.taken(any(), Instant(any()))));
         ring.power_off(any());
+        ring.hold(any());
         black_box((ring.status(), ring.parameter()));
         image.diagnose(ring.status(), ring.parameter(), ring.counts().segments());
     }
@@ -254,7 +257,7 @@ fn bits() {
         slave.set_ident(Ident(any()));
         slave.set_jumper(if any() { Jumper::Open } else { Jumper::Closed });
         slave.set_condition(if any() { Condition::Off } else { Condition::Running });
-        black_box((slave.latched().len(), slave.lamps(), slave.position(), slave.has_taken()));
+        black_box((slave.latched().len(), slave.lamps(), slave.position(), slave.taken()));
     }
     let slaves = [slave.clone(), slave.clone(), slave];
     let mut ring = BitRing::new(slaves, Duration(any()));

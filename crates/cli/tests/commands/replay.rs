@@ -120,6 +120,21 @@ fn default_service_times_delay_the_replies() {
 }
 
 #[test]
+fn a_service_bit_that_stands_at_power_up_counts_only_for_a_unit_that_executes_it() {
+    let (_kept, ignored) =
+        file("ignored.csv", "out,raw,in\nC6000005,1000,000003E8\n46000005,1000,000003E8\n");
+    let (_also, executed) =
+        file("executed.csv", "out,raw,in\nC6000005,1000,C6000005\n46000005,1000,00000005\n");
+    let says = |option: &str, path: &str| replay(&format!("--model ce-65-m {option}"), path).out;
+    for option in ["", "--stale-service ignored"] {
+        assert_eq!(says(option, &ignored), "2 rows, 0 differences\n", "{option}");
+        assert!(says(option, &executed).ends_with("2 rows, 2 differences\n"), "{option}");
+    }
+    assert_eq!(says("--stale-service executed", &executed), "2 rows, 0 differences\n");
+    assert!(says("--stale-service executed", &ignored).ends_with("2 rows, 2 differences\n"));
+}
+
+#[test]
 fn a_trace_without_answers_is_no_difference_but_says_so() {
     let (_directory, path) = file("bare.csv", "out\n00000000\n");
     let Run { code, out, err } = replay("--model la-66", &path);
@@ -274,6 +289,11 @@ fn a_recording_says_which_encoders_it_has_and_what_contradicts_them() {
             ),
         );
     }
+    refuses(
+        &["--at", "0", "--stale-service", "executed"],
+        "error: --stale-service contradicts the recording: it holds a la-66 with a rod of 300.000 mm and service \
+         times of 0 ns, 0 ns, 0 ns and 0 ns, and a stale service bit is ignored; leave the option out",
+    );
     let content = b"# encoring-trace 1\n# device 0 ce-65-m memory=00\nposition\n0\n";
     refused(
         &["replay", "--at", "0", "-"],

@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::path::PathBuf;
 
 use encoring_encoder::records::EEPROM_BYTES;
+use encoring_encoder::unit::NoStaleService;
 use encoring_encoder::{Magnet, ServiceTimes, Unit, Week, ZeroLoss};
 use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
@@ -56,6 +57,7 @@ pub(super) struct DeviceTable {
     firmware: Option<String>,
     service_times: Option<ServiceTimesTable>,
     zero_loss: Option<ZeroLossName>,
+    stale_service: Option<String>,
     motion: Option<MotionTable>,
 }
 
@@ -270,6 +272,11 @@ impl DeviceTable {
         }
         if let Some(ZeroLossName::Worst) = self.zero_loss {
             unit.zero_loss = ZeroLoss::WorstAllowed;
+        }
+        if let Some(named) = &self.stale_service {
+            unit.stale_service = named.parse().map_err(|wrong: NoStaleService| {
+                Wrong::at("stale_service", format!("stale_service \"{named}\": {wrong}"))
+            })?;
         }
         let motion = self.motion.as_ref().map(|motion| motion.read(&unit, files)).transpose();
         let motion = match motion.map_err(|wrong| wrong.inside("motion"))? {
