@@ -207,7 +207,9 @@ impl Encoder {
     #[must_use]
     pub fn refreshed_at(&self, now: Instant) -> Instant {
         let refresh = self.unit.model().refresh().as_nanos();
-        Instant(now.as_nanos().saturating_sub(now.since(self.powered_up).as_nanos() % refresh))
+        // No model looks without a pause; one that did would look now.
+        let since = now.since(self.powered_up).as_nanos().checked_rem(refresh).unwrap_or_default();
+        Instant(now.as_nanos().saturating_sub(since))
     }
 
     /// What it was built as.
