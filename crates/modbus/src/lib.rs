@@ -1,7 +1,7 @@
-//! The process image of a station as a Modbus TCP server, and the client of a ring behind such a gateway.
+//! The process image of a ring as a Modbus TCP server, and the client of a ring behind such a gateway.
 //!
-//! [`registers`] says which register holds what in each layout, [`pdu`] makes an answer of a request without any input or output,
-//! [`server`] takes requests from connections. Nothing that a client sends can panic, allocate without bound or end
+//! [`place`] is the ground: tables, registers, word order. [`registers`] says which register holds what in each layout,
+//! [`pdu`] makes an answer of a request without any input or output, [`server`] takes requests from connections. Nothing that a client sends can panic, allocate without bound or end
 //! the server. The page for users is `docs/modbus.md`; why no library does this is decision 0004.
 //!
 //! [`client`] reaches a ring behind a gateway, over Modbus TCP or RTU, as [`address`] says where and how; [`inline`]
