@@ -13,7 +13,7 @@ use crate::profile::{
     BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, END_UNTOLD, IDLE, MESSAGE_CRC,
     MESSAGE_MODULE, MESSAGE_RECONFIGURE, RESET_AFTER, TELEGRAM_BITS,
 };
-use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of};
+use crate::telegram::{Bits, CLOSING_BITS, Cycle, Decoder, Part, Pause, Step, byte_of};
 
 /// What a chip tells the device behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -254,12 +254,19 @@ impl Slave {
             return Bits::telegram(self.telegram(line.bits as u16, part, opens));
         }
         if let Some(pause) = self.decoder.pause(line) {
-            self.pass_time(line.count);
             match pause {
-                Pause::Silence => self.look_for_silence(),
-                Pause::Statuses => self.hear(),
+                Pause::Silence => {
+                    self.pass_time(line.count);
+                    self.look_for_silence();
+                }
+                Pause::Statuses => {
+                    self.pass_time(line.count);
+                    self.hear();
+                }
                 Pause::Closing => {
+                    self.pass_time(CLOSING_BITS);
                     self.close();
+                    self.pass_time(line.count - CLOSING_BITS);
                     self.hear();
                 }
             }

@@ -58,6 +58,9 @@ pub const fn byte_of(telegram: u16) -> u8 {
     (telegram >> 1) as u8
 }
 
+/// Bits of the status telegram behind a frame that close it: up to its FL bit, all but the stop bit.
+pub(crate) const CLOSING_BITS: u32 = STATUS_BITS as u32 - 1;
+
 /// Up to twelve status telegrams one after the other, the first bit highest.
 #[must_use]
 pub const fn statuses(count: u32) -> Bits {

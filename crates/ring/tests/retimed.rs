@@ -84,6 +84,7 @@ proptest! {
         prop_assert_eq!(at_once.identification(), clocked.identification());
         prop_assert_eq!(at_once.outgoing(), clocked.outgoing());
         prop_assert_eq!(at_once.taken(), clocked.taken());
+        prop_assert_eq!(at_once.ages(), clocked.ages());
         prop_assert_eq!(at_once.lamps(), clocked.lamps());
     }
 }
