@@ -1,45 +1,110 @@
-//! A virtual second of the ring at bit level, with faults compiled in, beside the second that the wire takes.
+//! A virtual second of the ring, beside the second that the wire takes: sound slots as a whole, the same with every bit
+//! of them run, and the word level; faults are compiled in, none is set.
 //!
 //! Not a benchmark of divan: what counts is the ratio to the wire.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
 use encoring_ring::ident::ENCODER;
 use encoring_ring::profile::BIT_500K;
-use encoring_ring::{BitRing, CycleTime, Slave, Sound};
+use encoring_ring::{BitRing, CycleTime, EveryBit, Slave, Sound, Verdict, WordRing};
 use encoring_sim::fault::Segments;
 use encoring_words::{InWord, Instant, OutWord};
 
-const VIRTUAL_SECONDS: u64 = 5;
 const ROUNDS: usize = 7;
 
+/// About so many devices are cycled in a round.
+const DEVICE_CYCLES: [u64; 3] = [30_000_000, 400_000, 30_000_000];
+
 fn main() {
-    println!("encoders   cycles/s on the wire   times real time (best of {ROUNDS} rounds)");
+    println!("times real time, best of {ROUNDS} rounds");
+    println!("encoders   cycles/s on the wire   sound slots   every bit   words   sound slots / words");
     for encoders in [1, 3, 16, 128] {
-        let best = (0..ROUNDS).map(|_| ratio(encoders)).fold(0.0, f64::max);
-        let cycle = CycleTime::default().of_encoders(encoders as u32);
-        println!("{encoders:>8} {:>22} {best:>17.0}", 1_000_000_000 / cycle.as_nanos());
+        let cycle = CycleTime::default().of_encoders(encoders as u32).as_nanos();
+        let mut best = [0.0_f64; 3];
+        for _ in 0..ROUNDS {
+            let ratios = [whole(encoders, cycle), every_bit(encoders, cycle), words(encoders, cycle)];
+            for (best, ratio) in best.iter_mut().zip(ratios) {
+                *best = best.max(ratio);
+            }
+        }
+        let [whole, bits, words] = best;
+        let wire = 1_000_000_000 / cycle;
+        println!("{encoders:>8} {wire:>22} {whole:>13.0} {bits:>11.0} {words:>7.0} {:>21.2}", whole / words);
     }
 }
 
-/// How many times faster than the wire. The best of some rounds is the one that was disturbed least.
-fn ratio(encoders: usize) -> f64 {
+/// How many times faster than the wire.
+fn ratio(cycles: u64, cycle: u64, mut run: impl FnMut(Instant)) -> f64 {
+    #[expect(clippy::disallowed_methods, reason = "a benchmark looks at the clock")]
+    let started = std::time::Instant::now();
+    for slot in 1..=cycles {
+        run(Instant(slot * cycle));
+    }
+    (cycles * cycle) as f64 / 1e9 / started.elapsed().as_secs_f64()
+}
+
+struct Words {
+    out: Vec<OutWord>,
+    answers: Vec<Option<InWord>>,
+    input: Vec<InWord>,
+}
+
+impl Words {
+    fn of(encoders: usize) -> Self {
+        Self {
+            out: vec![OutWord(0x8200_0000); encoders],
+            answers: vec![Some(InWord(0x1234)); encoders],
+            input: vec![InWord(0); encoders],
+        }
+    }
+
+    /// What changes from cycle to cycle.
+    fn turn(&mut self, now: Instant) {
+        let word = now.0 as u32;
+        self.out.fill(OutWord(word));
+        self.answers.fill(Some(InWord(word)));
+    }
+}
+
+fn ring(encoders: usize) -> BitRing<Vec<Slave>> {
     let slaves: Vec<Slave> = (0..encoders).map(|_| Slave::new(ENCODER, BIT_500K)).collect();
     let mut ring = BitRing::new(slaves, BIT_500K);
     ring.bring_up(&mut Sound, 10_000).unwrap();
     ring.begin_time();
+    ring
+}
+
+fn whole(encoders: usize, cycle: u64) -> f64 {
+    let (mut ring, mut words) = (ring(encoders), Words::of(encoders));
     let mut segments = Segments::new(encoders, 1);
-    let cycle = CycleTime::default().of_encoders(encoders as u32).as_nanos();
-    let (out, answers) = (vec![OutWord(0x8200_0000); encoders], vec![Some(InWord(0x1234)); encoders]);
-    let mut input = vec![InWord(0); encoders];
-    let seconds = if encoders == 128 { 1 } else { VIRTUAL_SECONDS };
-    let cycles = seconds * 1_000_000_000 / cycle;
-    #[expect(clippy::disallowed_methods, reason = "a benchmark looks at the clock")]
-    let started = std::time::Instant::now();
-    for slot in 1..=cycles {
-        ring.cycle(Instant(slot * cycle), &out, &mut input, &answers, &mut segments);
-    }
-    let took = started.elapsed().as_secs_f64();
-    assert_eq!(ring.master().counts().faulty, 0);
-    assert_eq!(ring.master().counts().cycles, cycles);
-    seconds as f64 / took
+    let cycles = DEVICE_CYCLES[0] / encoders as u64;
+    let ratio = ratio(cycles, cycle, |now| {
+        words.turn(now);
+        ring.cycle(now, &words.out, &mut words.input, &words.answers, &mut segments);
+    });
+    assert_eq!((ring.master().counts().cycles, ring.master().counts().faulty), (cycles, 0));
+    ratio
+}
+
+fn every_bit(encoders: usize, cycle: u64) -> f64 {
+    let (mut ring, mut words) = (ring(encoders), Words::of(encoders));
+    let mut segments = Segments::new(encoders, 1);
+    let cycles = DEVICE_CYCLES[1] / encoders as u64;
+    let ratio = ratio(cycles, cycle, |now| {
+        words.turn(now);
+        ring.cycle(now, &words.out, &mut words.input, &words.answers, &mut EveryBit(&mut segments));
+    });
+    assert_eq!((ring.master().counts().cycles, ring.master().counts().faulty), (cycles, 0));
+    ratio
+}
+
+fn words(encoders: usize, cycle: u64) -> f64 {
+    let (mut ring, mut words) = (WordRing::default(), Words::of(encoders));
+    let cycles = DEVICE_CYCLES[2] / encoders as u64;
+    let ratio = ratio(cycles, cycle, |now| {
+        words.turn(now);
+        ring.cycle(now, &words.out, &mut words.input, &words.answers, Verdict::Good);
+    });
+    assert_eq!(ring.counts().cycles, cycles);
+    ratio
 }

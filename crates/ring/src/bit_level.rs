@@ -7,15 +7,18 @@
 //! A device delays the line by some bits [A4]. The devices here pass bits on without delay, and all of it lies on the
 //! way home, where the master allows for it: every line carries the same bits in the same order, only their clocks
 //! are set differently. A test beside the chips with their delay shows that nothing else differs.
+//!
+//! A slot that is sound is taken as a whole: see `BitRing::sound_slot` for when that is.
 
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::diagnostics::Place;
-use crate::frame::{Outgoing, frame_bits};
+use crate::frame::{Outgoing, frame_bits, pause_telegrams};
 use crate::ident::Ident;
 use crate::master::{ConfigurationError, Ended, Master, Slot, State};
-use crate::profile::{DEVICE_DELAY_BITS, STATUS_BEFORE_FRAME, STATUS_BITS};
+use crate::profile::{STATUS_BEFORE_FRAME, STATUS_BITS};
 use crate::slave::{Condition, Lamps, Slave, Taken};
+use crate::sound_slot::SoundSlot;
 use crate::telegram::{Bits, statuses};
 use crate::word_level::Verdict;
 
@@ -25,6 +28,13 @@ pub trait Lines {
     /// Some bits enter a segment, the first of them at `at`, counted in line bits since the ring was made; the same
     /// number leaves it.
     fn pass(&mut self, segment: usize, at: u64, line: Bits) -> Bits;
+
+    /// Promises that no segment changes anything from bit `from` on, up to and without bit `to`, and that nobody looks
+    /// on. If the ring is sound as well, it takes these bits as a whole, and they do not pass here.
+    fn quiet(&self, from: u64, to: u64) -> bool {
+        let _ = (from, to);
+        false
+    }
 
     /// Some bits, the first of them at `at`, have gone around: so the devices are now. For whoever wants to look on.
     fn passed(&mut self, at: u64, count: u32, slaves: &[Slave]) {
@@ -40,6 +50,24 @@ impl Lines for Sound {
     fn pass(&mut self, _: usize, _: u64, line: Bits) -> Bits {
         line
     }
+
+    fn quiet(&self, _: u64, _: u64) -> bool {
+        true
+    }
+}
+
+/// Segments without their promise: every bit passes them.
+#[derive(Debug)]
+pub struct EveryBit<'a, L>(pub &'a mut L);
+
+impl<L: Lines> Lines for EveryBit<'_, L> {
+    fn pass(&mut self, segment: usize, at: u64, line: Bits) -> Bits {
+        self.0.pass(segment, at, line)
+    }
+
+    fn passed(&mut self, at: u64, count: u32, slaves: &[Slave]) {
+        self.0.passed(at, count, slaves);
+    }
 }
 
 impl<F: FnMut(usize, u64, Bits) -> Bits> Lines for F {
@@ -49,7 +77,7 @@ impl<F: FnMut(usize, u64, Bits) -> Bits> Lines for F {
 }
 
 /// A ring whose slaves are kept in `S`: an array, or whatever else holds a slice.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BitRing<S> {
     master: Master,
     slaves: S,
@@ -57,6 +85,8 @@ pub struct BitRing<S> {
     /// Line bits since it was made.
     sent: u64,
     was_silent: bool,
+    /// The end of the last slot, as it was told.
+    ended: Instant,
 }
 
 /// What happened in one slot of the ring.
@@ -74,7 +104,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     /// A ring of these slaves, its master ready, for bits of this length.
     #[must_use]
     pub fn new(slaves: S, bit: Duration) -> Self {
-        Self { master: Master::new(bit), slaves, bit, sent: 0, was_silent: true }
+        Self { master: Master::new(bit), slaves, bit, sent: 0, was_silent: true, ended: Instant::ZERO }
     }
 
     /// Tells the master what the ring is, activates and starts it, and runs it until data cycles can begin. The line is
@@ -139,11 +169,50 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
 
     /// Runs one slot that ends at `now`, with the bytes that master and slaves hold.
     pub fn run(&mut self, now: Instant, lines: &mut impl Lines) -> Cycled {
+        self.ended = now;
         let due = now.as_nanos().checked_div(self.bit.as_nanos()).unwrap_or_default();
         let began = self.sent;
-        let ended = self.slot(due.saturating_sub(began), lines);
+        let bits = due.saturating_sub(began);
+        if let Some(slot) = self.sound_slot(bits, lines) {
+            self.take(&slot);
+            return Cycled { ended: Ended::Good, verdict: Verdict::Good, place: self.master.place() };
+        }
+        let ended = self.slot(bits, lines);
         let verdict = self.verdict(ended, self.sent - began);
         Cycled { ended, verdict, place: self.master.place() }
+    }
+
+    /// The coming slot of at least so many bits, if it is sound: nothing can happen to its bits and nobody looks at
+    /// them, so that what they will do is known. That is so if the master sends data to as many devices as there are,
+    /// every receiver is in step, every chip has the place and the length that the master's table gives it, only the
+    /// last one turns the line back, and the segments promise to change nothing as long as the *slot* lasts: a hit in
+    /// the pause can still spoil the frame before it.
+    fn sound_slot(&self, bits: u64, lines: &impl Lines) -> Option<SoundSlot> {
+        let slaves = self.slaves.as_ref();
+        if self.was_silent || !self.master.is_sound(slaves.len()) {
+            return None;
+        }
+        let mut all = 0;
+        for (position, slave) in slaves.iter().enumerate() {
+            let bytes = self.master.bytes(position);
+            let outgoing = if position + 1 == slaves.len() { Outgoing::Off } else { Outgoing::On };
+            if !slave.is_sound(bytes, outgoing) {
+                return None;
+            }
+            all += bytes;
+        }
+        let slot = SoundSlot::new(slaves.len(), all, bits);
+        lines.quiet(self.sent, self.sent.saturating_add(slot.bits)).then_some(slot)
+    }
+
+    /// Takes a sound slot as a whole.
+    fn take(&mut self, slot: &SoundSlot) {
+        for (position, slave) in self.slaves.as_mut().iter_mut().enumerate() {
+            let (out, input) = self.master.both(position);
+            slave.take(slot, out, input);
+        }
+        self.master.take(slot);
+        self.sent = self.sent.saturating_add(slot.bits);
     }
 
     /// One slot of at least so many bits, and at least what its frame needs to come home.
@@ -151,10 +220,11 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         let began = self.sent;
         match self.master.begin() {
             Slot::Silent => {
-                let bits = bits.max(64);
-                while self.sent - began < bits {
-                    let left = (bits - (self.sent - began)).min(64);
-                    self.pause(Bits::idle(left as u32), lines);
+                let mut left = bits.max(64);
+                while left > 0 {
+                    let next = left.min(64);
+                    self.pause(Bits::idle(next as u32), lines);
+                    left -= next;
                 }
                 self.was_silent = true;
             }
@@ -167,14 +237,13 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
                     let home = self.pass(telegram, lines);
                     self.master.receive(home);
                 }
-                let delay = u64::from(DEVICE_DELAY_BITS) * self.slaves.as_ref().len() as u64;
-                let least = self.sent - began + delay + STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME);
-                let bits = bits.max(least);
+                let mut left = pause_telegrams(bits, self.sent - began, self.slaves.as_ref().len());
                 // The first ones close the frame and throw switches; what is behind a switch needs some of its own.
-                self.pause(statuses(u32::from(STATUS_BEFORE_FRAME)), lines);
-                while self.sent - began < bits {
-                    let left = (bits - (self.sent - began)).div_ceil(STATUS_BITS);
-                    self.pause(statuses(left.min(12) as u32), lines);
+                let mut next = u64::from(STATUS_BEFORE_FRAME);
+                while left > 0 {
+                    self.pause(statuses(next as u32), lines);
+                    left -= next;
+                    next = left.min(12);
                 }
             }
         }
@@ -206,7 +275,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         let home = if last == 0 { sent } else { home.unwrap_or(idle) };
         let home = lines.pass(last, self.sent, home);
         lines.passed(self.sent, sent.count, slaves);
-        self.sent += u64::from(sent.count);
+        self.sent = self.sent.saturating_add(u64::from(sent.count));
         home
     }
 
@@ -250,10 +319,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     pub fn shortest(&self) -> Duration {
         let slaves = self.slaves.as_ref();
         let bytes = slaves.iter().map(Slave::bytes).sum();
-        let delay = u64::from(DEVICE_DELAY_BITS) * slaves.len() as u64;
-        // The pause is filled with whole status telegrams.
-        let pause = (delay + STATUS_BITS * u64::from(2 * STATUS_BEFORE_FRAME)).next_multiple_of(STATUS_BITS);
-        let bits = frame_bits(bytes) + pause;
+        let bits = frame_bits(bytes) + STATUS_BITS * pause_telegrams(0, 0, slaves.len());
         Duration::from_nanos(bits.saturating_mul(self.bit.as_nanos()))
     }
 
@@ -266,6 +332,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     /// Time begins now: the bits so far count as sent before it.
     pub const fn begin_time(&mut self) {
         self.sent = 0;
+        self.ended = Instant::ZERO;
     }
 
     /// The OUT word that the device at a position holds: the last one taken, 0 before the first and in reset.
@@ -277,7 +344,15 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     /// What the chip at a position holds, and how often it was reset.
     #[must_use]
     pub fn taken(&self, position: usize) -> Taken {
-        self.slaves().get(position).map(Slave::taken).unwrap_or_default()
+        self.taken_at(position, self.ended)
+    }
+
+    /// The same at `at`, a time in the last slot. What the chip held before its last change but one is forgotten.
+    #[must_use]
+    pub fn taken_at(&self, position: usize, at: Instant) -> Taken {
+        // A bit that has only begun is not there yet.
+        let bits = self.ended.since(at).as_nanos().div_ceil(self.bit.as_nanos().max(1));
+        self.slaves().get(position).map(|slave| slave.taken_before(bits)).unwrap_or_default()
     }
 
     /// The lamps of the device at a position; `None` past the last one.

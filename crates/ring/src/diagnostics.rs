@@ -146,7 +146,7 @@ impl fmt::Display for Place {
 }
 
 /// What a master has counted.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Counts {
     /// Data cycles run.
     pub cycles: u64,

@@ -1,8 +1,8 @@
 //! The words of a frame that are nobody's data: the end word and the control word of an ID cycle.
 
 use crate::profile::{
-    CONTROL_OUTGOING, CONTROL_RESET, END_BAD, END_GOOD, FRAME_BYTES, POSITION_MASK, POSITION_SHIFT,
-    TELEGRAM_BITS,
+    CONTROL_OUTGOING, CONTROL_RESET, DEVICE_DELAY_BITS, END_BAD, END_GOOD, FRAME_BYTES, POSITION_MASK,
+    POSITION_SHIFT, STATUS_BEFORE_FRAME, STATUS_BITS, TELEGRAM_BITS,
 };
 
 /// Bits that check the position of an end word, above it [A9].
@@ -92,6 +92,16 @@ pub enum Outgoing {
 #[must_use]
 pub const fn frame_bits(bytes: usize) -> u64 {
     TELEGRAM_BITS * (FRAME_BYTES + bytes as u64)
+}
+
+/// Status telegrams that fill a slot of at least so many line bits after its first ones: as many as the frame needs to
+/// come home and be closed, and as must stand before the next one.
+#[must_use]
+pub const fn pause_telegrams(slot: u64, sent: u64, devices: usize) -> u64 {
+    let delay = DEVICE_DELAY_BITS as u64 * devices as u64;
+    let least = delay + STATUS_BITS * 2 * STATUS_BEFORE_FRAME as u64;
+    let left = slot.saturating_sub(sent);
+    if left < least { least.div_ceil(STATUS_BITS) } else { left.div_ceil(STATUS_BITS) }
 }
 
 #[cfg(test)]

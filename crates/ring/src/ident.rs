@@ -68,6 +68,24 @@ pub const LENGTHS: [(u8, u16); 21] = [
     (0x17, 224),
 ];
 
+/// What [`LENGTHS`] says of every code, so that a length costs one look-up.
+const BY_CODE: [Option<Length>; 32] = {
+    let mut by_code = [None; 32];
+    let mut row = 0;
+    while row < LENGTHS.len() {
+        // The table is filled when the crate is compiled, so nothing can go past its end later.
+        #[expect(clippy::indexing_slicing, reason = "in a constant")]
+        {
+            let (code, bits) = LENGTHS[row];
+            let length =
+                if bits % 8 == 0 { Length::Bytes((bits / 8) as u8) } else { Length::Bits(bits as u8) };
+            by_code[code as usize] = Some(length);
+        }
+        row += 1;
+    }
+    by_code
+};
+
 impl Ident {
     /// A word without messages; of the length code the low five bits.
     #[must_use]
@@ -116,8 +134,7 @@ impl Ident {
     /// How long the register is; `None` for a reserved code.
     #[must_use]
     pub fn length(self) -> Option<Length> {
-        let (_, bits) = LENGTHS.iter().find(|(code, _)| *code == self.length_code())?;
-        Some(if bits % 8 == 0 { Length::Bytes((bits / 8) as u8) } else { Length::Bits(*bits as u8) })
+        *BY_CODE.get(usize::from(self.length_code()))?
     }
 
     /// The whole bytes of the register; `None` for a reserved code and for registers of less than a byte, which this

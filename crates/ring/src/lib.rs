@@ -2,7 +2,8 @@
 //!
 //! There are two levels with the same face. At [`word_level`] every word moves at once, and a fault is only "this
 //! cycle, from this segment on, bad or silent". At [`bit_level`] a master and its slaves send telegrams bit by bit, and
-//! a fault is what happens to a bit; what a device takes then follows from check words and end words.
+//! a fault is what happens to a bit; what a device takes then follows from check words and end words. A slot in which
+//! nothing can happen to a bit is taken as a whole, and leaves behind what its bits would have left.
 //!
 //! The ring knows no encoder: what hangs on it is so many bytes in each direction a device.
 #![no_std]
@@ -17,10 +18,11 @@ pub mod image;
 pub mod master;
 pub mod profile;
 pub mod slave;
+mod sound_slot;
 pub mod telegram;
 pub mod word_level;
 
-pub use bit_level::{BitRing, Lines, Sound};
+pub use bit_level::{BitRing, EveryBit, Lines, Sound};
 pub use cycle_time::CycleTime;
 pub use ident::Ident;
 pub use image::{ENCODERS_MAX, ProcessImage, TooManyEncoders};

@@ -12,6 +12,7 @@ use crate::ident::Ident;
 use crate::profile::{
     DATA_BYTES_MAX, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC, MESSAGE_MODULE, SILENCE, STOP_AFTER,
 };
+use crate::sound_slot::SoundSlot;
 use crate::telegram::{Bits, Cycle};
 
 mod configuration;
@@ -88,7 +89,7 @@ pub enum Slot {
 }
 
 /// The master of a ring.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Master {
     wanted: State,
     job: Job,
@@ -312,8 +313,6 @@ impl Master {
             Job::Identify | Job::Locate => self.compose_id(self.devices, Outgoing::Off),
             Job::Data => self.compose_data(),
         }
-        self.sender.begin();
-        self.receiver.begin();
         Slot::Frame
     }
 
@@ -366,6 +365,13 @@ impl Master {
 
     /// Ends a slot of so many bits: judges what came home and chooses what comes next.
     pub fn end(&mut self, bits: u64) -> Ended {
+        let ended = self.judge(bits);
+        self.sender.clear();
+        self.receiver.clear();
+        ended
+    }
+
+    fn judge(&mut self, bits: u64) -> Ended {
         match self.job {
             Job::Rest => Ended::Idle,
             Job::Silence { left, why } => {
@@ -412,11 +418,7 @@ impl Master {
         self.dc_result = home != Home::Good;
         match home {
             Home::Good => {
-                self.counts.good();
-                self.faulty = 0;
-                if self.devices == self.table().devices {
-                    self.place = None;
-                }
+                self.note_good();
                 let mut at = 0;
                 for position in (0..self.devices).rev() {
                     let range = self.table().range(position);
@@ -445,6 +447,39 @@ impl Master {
             self.enter(self.silence(Why::Search));
         }
         Ended::Faulty
+    }
+
+    /// Nothing was wrong with a data cycle.
+    fn note_good(&mut self) {
+        self.counts.good();
+        self.faulty = 0;
+        self.dc_result = false;
+        if self.devices == self.table().devices {
+            self.place = None;
+        }
+    }
+
+    /// Whether the coming slot is a data cycle of so many devices, and what comes home could be followed.
+    pub(crate) fn is_sound(&self, devices: usize) -> bool {
+        self.job == Job::Data && self.devices == devices && self.receiver.is_ready()
+    }
+
+    /// The bytes that its table has for a device.
+    pub(crate) fn bytes(&self, position: usize) -> usize {
+        self.table().range(position).len()
+    }
+
+    /// The OUT bytes of a device, and the place of its IN bytes.
+    pub(crate) fn both(&mut self, position: usize) -> (&[u8], &mut [u8]) {
+        let range = self.table().range(position);
+        let (out, input) = (self.out.get(range.clone()), self.input.get_mut(range));
+        (out.unwrap_or_default(), input.unwrap_or_default())
+    }
+
+    /// What else the bits of a sound slot would do, at once.
+    pub(crate) fn take(&mut self, slot: &SoundSlot) {
+        self.receiver.take(slot);
+        self.note_good();
     }
 
     fn end_identify(&mut self) {

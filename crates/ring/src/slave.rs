@@ -13,7 +13,16 @@ use crate::profile::{
     BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, END_UNTOLD, IDLE, MESSAGE_CRC,
     MESSAGE_MODULE, MESSAGE_RECONFIGURE, RESET_AFTER, TELEGRAM_BITS,
 };
+use crate::sound_slot::SoundSlot;
 use crate::telegram::{Bits, CLOSING_BITS, Cycle, Decoder, Part, Pause, Step, byte_of};
+
+mod register;
+mod taken;
+
+use register::Register;
+use taken::Holding;
+
+pub use taken::Taken;
 
 /// What a chip tells the device behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,29 +33,6 @@ pub enum Strobe {
     Load,
     /// New OUT data have just been taken.
     Latch,
-}
-
-/// What a chip holds of the OUT words: what the device behind it is told at the end of a cycle.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Taken {
-    /// The word taken last; `None` since the last reset.
-    pub word: Option<OutWord>,
-    /// How often the chip was reset so far: a reset between two looks would be missed otherwise.
-    pub resets: u32,
-}
-
-impl Taken {
-    /// The same chip, reset once more.
-    #[must_use]
-    pub const fn reset(self) -> Self {
-        Self { word: None, resets: self.resets.wrapping_add(1) }
-    }
-
-    /// The word that the chip shows: 0 in reset.
-    #[must_use]
-    pub fn shown(self) -> OutWord {
-        self.word.unwrap_or_default()
-    }
 }
 
 /// The jumper in the outgoing plug that says that there is a next device [R137, C33].
@@ -108,7 +94,7 @@ pub enum Phase {
 }
 
 /// A protocol chip.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slave {
     ident: Ident,
     jumper: Jumper,
@@ -120,19 +106,20 @@ pub struct Slave {
     position: Option<u16>,
     /// The line was silent for too long, or never heard.
     in_reset: bool,
+    /// As at the beginning while none passes.
     frame: Frame,
     register: Register,
     input: [u8; DEVICE_BYTES_MAX],
     latched: [u8; DEVICE_BYTES_MAX],
     /// The beginning of `latched`, as encoders read it.
-    taken: Taken,
+    holding: Holding,
     times: Times,
     /// The last bits sent, still inside of the chip.
     pipe: u8,
 }
 
 /// Times in line bits since the chip was made.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Times {
     now: u64,
     heard: u64,
@@ -142,7 +129,7 @@ struct Times {
 }
 
 /// What a chip knows of the frame that passes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Frame {
     received: Crc,
     sent: Crc,
@@ -152,55 +139,12 @@ struct Frame {
 }
 
 /// The byte that is being sent.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Sending {
     /// What is received, bit by bit.
     #[default]
     Copy,
     Byte(u8),
-}
-
-/// A piece of the ring's shift register: what goes in comes out `length` bytes later.
-#[derive(Clone, Debug)]
-struct Register {
-    bytes: [u8; DEVICE_BYTES_MAX],
-    length: u8,
-    /// The oldest byte.
-    at: u8,
-}
-
-impl Register {
-    fn load(&mut self, from: &[u8]) {
-        debug_assert!(from.len() <= DEVICE_BYTES_MAX, "no length code gives {} bytes", from.len());
-        self.length = from.len().min(DEVICE_BYTES_MAX) as u8;
-        self.at = 0;
-        for (byte, loaded) in self.bytes.iter_mut().zip(from) {
-            *byte = *loaded;
-        }
-    }
-
-    /// The byte that leaves next; `None` in a register without length.
-    fn oldest(&self) -> Option<u8> {
-        if self.length == 0 { None } else { self.bytes.get(usize::from(self.at)).copied() }
-    }
-
-    fn shift(&mut self, byte: u8) {
-        if let Some(place) = self.bytes.get_mut(usize::from(self.at)) {
-            *place = byte;
-        }
-        self.at += 1;
-        if self.at >= self.length {
-            self.at = 0;
-        }
-    }
-
-    /// The bytes, the oldest first.
-    fn bytes(&self) -> impl Iterator<Item = u8> {
-        let all = self.bytes.get(..usize::from(self.length)).unwrap_or_default();
-        debug_assert!(usize::from(self.at) <= all.len(), "it begins anew at its end");
-        let (young, old) = all.split_at_checked(usize::from(self.at)).unwrap_or((all, &[]));
-        old.iter().chain(young).copied()
-    }
 }
 
 impl Slave {
@@ -219,10 +163,10 @@ impl Slave {
             position: None,
             in_reset: true,
             frame: Frame::default(),
-            register: Register { bytes: [0; DEVICE_BYTES_MAX], length: 0, at: 0 },
+            register: Register::EMPTY,
             input: [0; DEVICE_BYTES_MAX],
             latched: [0; DEVICE_BYTES_MAX],
-            taken: Taken::default(),
+            holding: Holding::default(),
             times: Times {
                 now: 0,
                 heard: 0,
@@ -257,7 +201,7 @@ impl Slave {
             match pause {
                 Pause::Silence => {
                     self.pass_time(line.count);
-                    self.look_for_silence();
+                    self.look_for_silence(line.count);
                 }
                 Pause::Statuses => {
                     self.pass_time(line.count);
@@ -288,7 +232,7 @@ impl Slave {
         }
         match self.decoder.clock(rx) {
             Step::Quiet => {
-                self.look_for_silence();
+                self.look_for_silence(1);
                 (IDLE, Strobe::None)
             }
             Step::Broken => {
@@ -413,6 +357,13 @@ impl Slave {
 
     /// The frame is over. What it brought is taken, if every segment so far was good.
     fn close(&mut self) -> Strobe {
+        let register = core::mem::replace(&mut self.register, Register::EMPTY);
+        let strobe = self.judge(&register);
+        self.frame = Frame::default();
+        strobe
+    }
+
+    fn judge(&mut self, register: &Register) -> Strobe {
         if self.is_segment_bad() || self.frame.end_word != END_GOOD {
             self.note_bad();
             return Strobe::None;
@@ -420,7 +371,7 @@ impl Slave {
         match self.decoder.cycle() {
             Cycle::Id => {
                 let mut word = [0; 2];
-                for (place, byte) in word.iter_mut().zip(self.register.bytes()) {
+                for (place, byte) in word.iter_mut().zip(register.bytes()) {
                     *place = byte;
                 }
                 self.obey(Control(u16::from_be_bytes(word)));
@@ -429,21 +380,26 @@ impl Slave {
             // A device that was reset since takes nothing before it has its place.
             Cycle::Data if self.position.is_none() => Strobe::None,
             Cycle::Data => {
-                for (place, byte) in self.latched.iter_mut().zip(self.register.bytes()) {
-                    *place = byte;
-                }
-                // A device with fewer bytes is no encoder.
-                let word = self.latched().first_chunk().map_or(0, |bytes| u32::from_be_bytes(*bytes));
-                self.taken.word = Some(OutWord(word));
-                self.times.taken = Some(self.times.now);
+                self.latch(register.bytes(), self.times.now);
                 Strobe::Latch
             }
         }
     }
 
+    /// Takes OUT data at this time.
+    fn latch(&mut self, out: impl Iterator<Item = u8>, at: u64) {
+        for (place, byte) in self.latched.iter_mut().zip(out) {
+            *place = byte;
+        }
+        // A device with fewer bytes is no encoder.
+        let word = self.latched().first_chunk().map_or(0, |bytes| u32::from_be_bytes(*bytes));
+        self.holding.change(Taken { word: Some(OutWord(word)), ..self.taken() }, at);
+        self.times.taken = Some(at);
+    }
+
     fn obey(&mut self, control: Control) {
         if control.resets() {
-            self.reset();
+            self.reset(self.times.now);
             return;
         }
         self.position = Some(control.position());
@@ -475,19 +431,51 @@ impl Slave {
         self.times.now = self.times.now.saturating_add(u64::from(bits));
     }
 
-    fn look_for_silence(&mut self) {
-        if !self.in_reset && self.times.now - self.times.heard > self.times.reset_after {
-            self.reset();
+    /// Looks at so many bits of silence.
+    fn look_for_silence(&mut self, bits: u32) {
+        let Times { now, heard, reset_after, .. } = self.times;
+        if !self.in_reset && now - heard > reset_after {
+            // The first of these bits that was too much.
+            let at = now.saturating_sub(u64::from(bits)).max(heard + reset_after).saturating_add(1);
+            self.reset(at.min(now));
         }
     }
 
-    fn reset(&mut self) {
+    fn reset(&mut self, at: u64) {
         self.in_reset = true;
         self.outgoing = Outgoing::Off;
         self.position = None;
         self.latched = [0; DEVICE_BYTES_MAX];
-        self.taken = self.taken.reset();
+        self.holding.change(self.taken().reset(), at);
         self.messages &= !MESSAGE_CRC;
+    }
+
+    /// Whether a data cycle on sound lines would pass it as the master means it: it follows the line, has its place and
+    /// so many bytes, and its switch is as it is to be. A chip that does not work follows no line, and one that has its
+    /// place is not in reset.
+    pub(crate) fn is_sound(&self, bytes: usize, outgoing: Outgoing) -> bool {
+        self.decoder.is_ready()
+            && self.position.is_some()
+            && self.bytes() == bytes
+            && self.outgoing == outgoing
+    }
+
+    /// What the bits of a sound slot would do, at once: it takes `out`, and shows its own bytes in `input`.
+    pub(crate) fn take(&mut self, slot: &SoundSlot, out: &[u8], input: &mut [u8]) {
+        let began = self.times.now;
+        let closed = began.saturating_add(slot.frame + u64::from(CLOSING_BITS));
+        let ended = began.saturating_add(slot.bits);
+        self.messages &= !MESSAGE_CRC;
+        self.decoder = slot.decoder;
+        // Of a frame that was lost before.
+        self.frame = Frame::default();
+        self.register = Register::EMPTY;
+        self.latch(out.iter().copied(), closed);
+        self.times.now = ended;
+        self.times.heard = ended;
+        for (place, byte) in input.iter_mut().zip(self.input) {
+            *place = byte;
+        }
     }
 
     /// What it shows in an ID cycle.
@@ -531,7 +519,7 @@ impl Slave {
     /// Says whether it works. While it does not it forgets everything; only the plugs stay.
     pub fn set_condition(&mut self, condition: Condition) {
         if condition != Condition::Running {
-            self.reset();
+            self.reset(self.times.now);
             self.decoder = Decoder::default();
             self.times.taken = None;
             self.input = [0; DEVICE_BYTES_MAX];
@@ -576,7 +564,13 @@ impl Slave {
     /// The OUT word that it has taken, and how often it was reset.
     #[must_use]
     pub const fn taken(&self) -> Taken {
-        self.taken
+        self.holding.now()
+    }
+
+    /// The same so many line bits ago. What it held before the last change but one is forgotten.
+    #[must_use]
+    pub const fn taken_before(&self, bits: u64) -> Taken {
+        self.holding.after(self.times.now.saturating_sub(bits))
     }
 
     /// What it is in the middle of.

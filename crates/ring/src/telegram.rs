@@ -357,7 +357,7 @@ impl Decoder {
     pub(crate) fn telegram(&mut self, telegram: u16) -> Option<(Part, bool)> {
         let opens = match self.state {
             State::Framed if self.index == 0 => false,
-            State::Waiting if self.statuses >= STATUS_BEFORE_FRAME => true,
+            _ if self.is_ready() => true,
             _ => return None,
         };
         let rest = telegram & !(0xFF << 1);
@@ -399,7 +399,7 @@ impl Decoder {
         }
         self.statuses = self.statuses.saturating_add(telegrams as u8);
         self.bits = 0;
-        self.index = 4;
+        self.index = STATUS_BITS as u8 - 1;
         if due {
             self.end = End::Whole;
         }
@@ -428,6 +428,27 @@ impl Decoder {
     #[must_use]
     pub fn is_whole(&self) -> bool {
         self.end == End::Whole
+    }
+
+    /// The next telegram may open a frame.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.state == State::Waiting && self.statuses >= STATUS_BEFORE_FRAME
+    }
+
+    /// What a sound data frame and so many status telegrams behind it leave behind.
+    pub(crate) fn after_data(statuses: u64) -> Self {
+        Self {
+            state: State::Waiting,
+            index: STATUS_BITS as u8 - 1,
+            bits: 0,
+            statuses: u8::try_from(statuses).unwrap_or(u8::MAX),
+            cycle: Cycle::Data,
+            check: CHECK_TELEGRAMS,
+            faulty: 0,
+            wrong: false,
+            bad: false,
+            end: End::Whole,
+        }
     }
 
     /// In a frame, or after so many status telegrams in a row that one may begin.

@@ -85,6 +85,9 @@ proptest! {
         prop_assert_eq!(at_once.outgoing(), clocked.outgoing());
         prop_assert_eq!(at_once.taken(), clocked.taken());
         prop_assert_eq!(at_once.ages(), clocked.ages());
+        for bits in 0..100 {
+            prop_assert_eq!(at_once.taken_before(bits), clocked.taken_before(bits));
+        }
         prop_assert_eq!(at_once.lamps(), clocked.lamps());
     }
 }

@@ -499,6 +499,10 @@ impl Lines for Segments {
             _ => line,
         }
     }
+
+    fn quiet(&self, from: u64, to: u64) -> bool {
+        self.0.iter().all(|injector| injector.is_quiet(from, to))
+    }
 }
 
 #[cfg(test)]

@@ -19,7 +19,9 @@ use encoring_ring::image::Half;
 use encoring_ring::master::WhenBroken;
 use encoring_ring::slave::{Condition, Jumper};
 use encoring_ring::telegram::{Bits, Decoder};
-use encoring_ring::{BitRing, CycleTime, Ident, ProcessImage, Slave, Taken, Verdict, WordRing};
+use encoring_ring::{
+    BitRing, CycleTime, EveryBit, Ident, Lines, ProcessImage, Slave, Taken, Verdict, WordRing,
+};
 use encoring_words::model::{MODELS, Sensor};
 use encoring_words::parameter::{PARAMETERS, SsiValues};
 use encoring_words::service::SERVICES;
@@ -238,6 +240,19 @@ fn validity() {
     }
 }
 
+/// Segments that do anything and promise anything.
+struct Quiet;
+
+impl Lines for Quiet {
+    fn pass(&mut self, _: usize, _: u64, line: Bits) -> Bits {
+        Bits { bits: any(), count: line.count }
+    }
+
+    fn quiet(&self, _: u64, _: u64) -> bool {
+        any()
+    }
+}
+
 fn bits() {
     let ident = Ident(any());
     black_box((ident.kind(), ident.length(), ident.bytes(), ident.messages(), ident.identity()));
@@ -261,6 +276,7 @@ fn bits() {
     }
     let slaves = [slave.clone(), slave.clone(), slave];
     let mut ring = BitRing::new(slaves, Duration(any()));
+    let other = ring.clone();
     let mut lines = |_: usize, _: u64, line: Bits| Bits { bits: any(), count: line.count };
     black_box(ring.bring_up(&mut lines, any()).is_ok());
     while any() {
@@ -269,7 +285,11 @@ fn bits() {
         let answers = black_box([Some(InWord(0)); 4]);
         let out = out.get(..any::<usize>()).unwrap_or_default();
         black_box(ring.cycle(Instant(any()), out, &mut input, &answers, &mut lines));
+        // Sound slots as a whole, of a ring about which nothing is known.
+        black_box(ring.cycle(Instant(any()), out, &mut input, &answers, &mut Quiet));
+        black_box(ring.run(Instant(any()), &mut EveryBit(&mut Quiet)));
         black_box((ring.out_word(any()), ring.lamps(any()), ring.shortest()));
+        black_box((ring.taken_at(any(), Instant(any())), ring == other));
         let master = ring.master_mut();
         black_box((master.status(), master.parameter(), master.input(any()).len(), master.found(any())));
         black_box((master.counts().segment(any()), master.out_mut(any()).len()));

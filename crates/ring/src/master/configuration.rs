@@ -31,7 +31,7 @@ pub enum ConfigurationError {
 }
 
 /// The devices of a ring, and where their bytes lie.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Table {
     idents: [Ident; DEVICES_MAX],
     /// Where the bytes of a device begin; those of the next one begin where they end.

@@ -5,6 +5,7 @@ use crate::frame::EndWord;
 use crate::profile::{
     CHECK_TELEGRAMS, DEVICE_DELAY_BITS, DEVICES_MAX, LOOPBACK, STILL_TELEGRAMS, TELEGRAM_BITS,
 };
+use crate::sound_slot::SoundSlot;
 use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of, data_telegram};
 
 /// The longest data phase: the loopback word, and a word for each device of an ID cycle.
@@ -18,8 +19,8 @@ pub(super) enum Home {
     Silent,
 }
 
-/// The frame that goes out.
-#[derive(Clone, Debug)]
+/// The frame that goes out. Between frames it is as at the beginning.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Sender {
     bytes: [u8; PHASE_BYTES_MAX],
     length: usize,
@@ -36,7 +37,6 @@ impl Sender {
     /// A new frame, with its loopback word.
     pub(super) fn compose(&mut self, cycle: Cycle) {
         self.cycle = cycle;
-        self.length = 0;
         self.word(LOOPBACK);
     }
 
@@ -45,10 +45,11 @@ impl Sender {
         self.length
     }
 
-    /// The frame goes out from its beginning.
-    pub(super) const fn begin(&mut self) {
-        self.next = 0;
-        self.crc = Crc::NEW;
+    /// The frame is over.
+    pub(super) fn clear(&mut self) {
+        self.bytes.get_mut(..self.length).unwrap_or_default().fill(0);
+        let Self { bytes: _, length, next, cycle, crc } = self;
+        (*length, *next, *cycle, *crc) = (0, 0, Cycle::Data, Crc::NEW);
     }
 
     /// The next telegram; `None` once the frame is whole, or broken off because nothing comes home.
@@ -89,8 +90,8 @@ impl Sender {
     }
 }
 
-/// What comes home.
-#[derive(Clone, Debug)]
+/// What comes home. Between frames all but its decoder is as at the beginning.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Receiver {
     decoder: Decoder,
     pub(super) bytes: [u8; PHASE_BYTES_MAX],
@@ -108,7 +109,7 @@ pub(super) struct Receiver {
 }
 
 /// How a frame came to its end.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Closed {
     cycle: Cycle,
     bad: bool,
@@ -135,7 +136,10 @@ impl Receiver {
         self.still
     }
 
-    pub(super) fn begin(&mut self) {
+    /// The slot is over.
+    pub(super) fn clear(&mut self) {
+        let used = self.count.min(PHASE_BYTES_MAX);
+        self.bytes.get_mut(..used).unwrap_or_default().fill(0);
         self.count = 0;
         self.crc = Crc::NEW;
         self.check_word = 0;
@@ -144,6 +148,16 @@ impl Receiver {
         self.still = false;
         self.pieces = 0;
         self.closed = None;
+    }
+
+    /// The next telegram may open a frame.
+    pub(super) fn is_ready(&self) -> bool {
+        self.decoder.is_ready()
+    }
+
+    /// What a sound slot leaves behind.
+    pub(super) const fn take(&mut self, slot: &SoundSlot) {
+        self.decoder = slot.decoder;
     }
 
     pub(super) fn receive(&mut self, line: Bits) {
