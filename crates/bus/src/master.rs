@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session, SessionPhase, Timing};
-use encoring_words::{Duration, InWord, OutWord};
+use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::bus::{Bus, BusError};
 
@@ -16,15 +16,17 @@ pub enum MasterError {
     Bus(#[from] BusError),
     /// Another master's service is under way: its service bit is set [R30].
     #[error(
-        "OUT holds {out}: another master's service is under way, or was left there; nothing was sent. Stop the other \
-         master, or clear its service bit"
+        "OUT holds {out}: another master's service is under way, or was left there; this request was not sent. Stop \
+         the other master, or clear its service bit"
     )]
     OtherMaster {
         /// The OUT word that stands on the bus.
         out: OutWord,
     },
     /// Somebody else writes the OUT word.
-    #[error("OUT holds {out} instead of the {ours} written here: another master writes it; nothing was sent")]
+    #[error(
+        "OUT holds {out} instead of the {ours} written here: another master writes it; this request was not sent"
+    )]
     Overwritten {
         /// The OUT word that stands on the bus.
         out: OutWord,
@@ -250,5 +252,13 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             }
             if input.service_bit() { Err(MasterError::InService { input }) } else { Ok(input) }
         })
+    }
+
+    fn now(&self) -> Instant {
+        self.bus.now()
+    }
+
+    fn wait(&mut self, span: Duration) {
+        self.bus.wait(span);
     }
 }

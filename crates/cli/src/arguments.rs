@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
-use encoring_words::{Model, Parameter};
+use encoring_words::{Model, Parameter, Service};
 
 pub(crate) mod bus;
 pub(crate) mod fault;
@@ -45,6 +45,15 @@ pub(crate) fn parameter(text: &str) -> Result<Parameter, String> {
     let name = text.to_ascii_lowercase().replace('-', "_");
     let is_number = text.len() <= 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
     let number = if is_number { u8::from_str_radix(text, 16).ok() } else { None };
+    let named = |service: Service, names: [&str; 2]| {
+        Some(service.number()) == number || names.contains(&name.as_str())
+    };
+    if named(Service::PresetAdjustment, ["preset", "preset_adjustment"]) {
+        return Err("service 06 is write only, and no parameter: use `encoring preset VALUE`".to_owned());
+    }
+    if named(Service::DataCheck, ["check", "data_check"]) {
+        return Err("service 08 is the data check, and no parameter: use `encoring check`".to_owned());
+    }
     let found = PARAMETERS
         .into_iter()
         .find(|parameter| parameter.key() == name || Some(parameter.service().number()) == number);
@@ -105,7 +114,15 @@ mod tests {
         }
         assert_eq!(parameters("0d"), Ok(Parameters::One(Parameter::SsiValues)));
         assert_eq!(parameters("all"), Ok(Parameters::All));
-        for wrong in ["", "06", "08", "length", "+2", "002"] {
+        for (other, instead) in [
+            ("06", "service 06 is write only, and no parameter: use `encoring preset VALUE`"),
+            ("preset", "service 06 is write only, and no parameter: use `encoring preset VALUE`"),
+            ("8", "service 08 is the data check, and no parameter: use `encoring check`"),
+        ] {
+            assert_eq!(parameter(other).unwrap_err(), instead);
+            assert_eq!(parameters(other).unwrap_err(), instead);
+        }
+        for wrong in ["", "07", "length", "+2", "002"] {
             assert!(
                 parameter(wrong).unwrap_err().starts_with("no parameter; there are counting-direction"),
                 "{wrong}"

@@ -5,22 +5,35 @@ use std::io::{self, BufRead, IsTerminal, Write};
 use crate::arguments::Consent;
 use crate::output::{Failure, bad_input};
 
-/// Asks on standard error. Without a terminal nobody can answer, so `--yes` must have been given.
+/// What a data check does that nobody expects.
+pub(crate) const CHECK_DOES: &str = "the data check ends errors that are over, and makes values count that were \
+                                     programmed and never checked; the position may jump.";
+
+/// Asks, unless `--yes` was given. Without a terminal nobody can answer, so it must have been.
 pub(crate) fn confirmed(consent: Consent, what: &str) -> Result<(), Failure> {
     if consent.yes {
         return Ok(());
     }
-    let stdin = io::stdin();
-    if !stdin.is_terminal() {
+    if !can_be_asked() {
         return Err(bad_input(format!(
             "{what}\nthis asks first, and there is no terminal to ask on: give --yes"
         )));
     }
+    asked(what)
+}
+
+/// Whether somebody sits before a terminal.
+pub(crate) fn can_be_asked() -> bool {
+    io::stdin().is_terminal()
+}
+
+/// Asks on standard error.
+pub(crate) fn asked(what: &str) -> Result<(), Failure> {
     let mut terminal = io::stderr();
     write!(terminal, "{what}\nGo on? [y/N] ")?;
     terminal.flush()?;
     let mut answer = String::new();
-    stdin.lock().read_line(&mut answer)?;
+    io::stdin().lock().read_line(&mut answer)?;
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err(Failure::Refused("not done: the answer was no".to_owned())),

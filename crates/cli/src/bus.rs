@@ -13,7 +13,7 @@ use encoring_station::{SharedWorld, Simulated, Speed};
 use encoring_words::Duration;
 use encoring_words::model::Sensor;
 
-use crate::arguments::bus::{BusArguments, Encoder, Target};
+use crate::arguments::bus::{BusArguments, Encoder, Source, Target};
 use crate::arguments::{TypeLabel, built_with};
 use crate::memories::remember;
 use crate::output::{Failure, bad_input, note};
@@ -36,6 +36,13 @@ pub(crate) struct Opened {
 struct Memories {
     folder: PathBuf,
     _lock: Lock,
+}
+
+/// What a command does with an encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Deed {
+    Reads,
+    Changes,
 }
 
 /// Set by Ctrl-C and SIGTERM.
@@ -114,7 +121,7 @@ impl Encoder {
 
     fn target(&self, opened: &Opened, position: usize) -> Result<Target, Failure> {
         let TypeLabel { model, native: given } = self.label;
-        let (model, native) = match opened.unit(position)? {
+        let (model, native, source) = match opened.unit(position)? {
             Some(unit) => {
                 let native = match unit.sensor() {
                     Sensor::Rotary { steps_per_turn } => Some(steps_per_turn),
@@ -126,7 +133,7 @@ impl Encoder {
                         unit.model()
                     )));
                 }
-                (unit.model(), given.or(native))
+                (unit.model(), given.or(native), Source::Ring)
             }
             None => {
                 let model = model.ok_or_else(|| {
@@ -134,13 +141,13 @@ impl Encoder {
                         "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
                     )
                 })?;
-                (model, given)
+                (model, given, Source::User)
             }
         };
         if let Some(native) = native {
             built_with(model, native)?;
         }
-        Ok(Target { position, model, native })
+        Ok(Target { position, model, native, source })
     }
 }
 
@@ -164,6 +171,22 @@ impl Opened {
         self.world.is_some()
     }
 
+    /// Says what a user must know before the first service.
+    pub(crate) fn announce(&self, target: Target, deed: Deed) {
+        if !self.is_simulated() {
+            note(&format!(
+                "note: the OUT word of position {} is needed for this: the PLC must not write it meanwhile",
+                target.position
+            ));
+        } else if deed == Deed::Changes && self.memories.is_none() {
+            note(&format!(
+                "note: {} is a ring of this command alone, and forgets at its end; --state DIR keeps its memories, and \
+                 `encoring sim` runs one that stays: --bus modbus-tcp://127.0.0.1:5020",
+                self.address
+            ));
+        }
+    }
+
     /// The mark that Ctrl-C sets.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
@@ -177,7 +200,7 @@ impl Opened {
         work: impl FnOnce(&mut EncoderMaster<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
         let stop = self.stop();
-        let failure = |failed: &Failed, behind| FailureView::new(failed, target.model, behind).into_failure();
+        let failure = |failed: &Failed, behind| FailureView::new(failed, target, behind).into_failure();
         let mut master = EncoderMaster::new(&mut *self.bus, target.position, patience, stop)
             .map_err(|error| failure(&Failed::Bus(error), None))?;
         let worked = work(&mut master);

@@ -4,8 +4,7 @@ mod text;
 mod view;
 
 use clap::{Args, Subcommand};
-use encoring_host::scaling::{Native, Ratio, Rotary};
-use encoring_words::Model;
+use encoring_host::scaling::Native;
 use encoring_words::model::SensorKind;
 
 use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range};
@@ -63,16 +62,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     Ok(if view.usable() { Answer::Yes } else { Answer::No })
 }
 
-/// A rotary calculation with what was asked for.
-struct Asked {
-    steps_per_turn: Ratio,
-    /// If the steps were given as millimetres.
-    mm_per_turn: Option<Ratio>,
-    native: Native,
-    model: Option<Model>,
-    found: Rotary,
-}
-
 fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
     let TypeLabel { model, native } = arguments.label;
     if let Some(model) = model {
@@ -84,14 +73,7 @@ fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
         }
     }
     let native = if native == Some(8192) { Native::Q8192 } else { Native::Q4096 };
-    let (steps_per_turn, found) = rotary_range(&arguments.range, native)?;
-    Ok(CalcView::rotary(&Asked {
-        steps_per_turn,
-        mm_per_turn: arguments.range.mm_per_turn,
-        native,
-        model,
-        found,
-    }))
+    Ok(CalcView::rotary(&rotary_range(&arguments.range, native, model)?))
 }
 
 fn linear_view(arguments: &LinearArguments) -> Result<CalcView, Failure> {

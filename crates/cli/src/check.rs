@@ -11,7 +11,8 @@ use serde::Serialize;
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Consent, Output};
-use crate::ask::confirmed;
+use crate::ask::{CHECK_DOES, confirmed};
+use crate::bus::Deed;
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, Shown, StatusView, TargetView};
 
@@ -56,6 +57,8 @@ impl fmt::Display for CheckView {
             f,
             "{}",
             match (self.check.is_good(), self.check.remains) {
+                (true, _) if self.before.error_bit =>
+                    "an error was pending and is over; the status does not tell which",
                 (true, _) => "no error is or was pending",
                 (false, false) => "this error was pending and is over",
                 (false, true) => "this error remains until it is corrected",
@@ -69,18 +72,14 @@ impl fmt::Display for CheckView {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("check")?;
     let (mut opened, target) = arguments.encoder.open()?;
-    confirmed(
-        arguments.consent,
-        &format!(
-            "{}: the data check makes values count that were programmed and never checked; the position may jump.",
-            TargetView::new(target)
-        ),
-    )?;
+    opened.announce(target, Deed::Changes);
+    confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
     let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));
     opened.close()?;
     let view = told?;
     arguments.output.print(&view)?;
-    Ok(if view.check.is_good() { Answer::Yes } else { Answer::No })
+    let pending = view.before.error_bit || view.after.error_bit;
+    Ok(if view.check.is_good() && !pending { Answer::Yes } else { Answer::No })
 }
 
 fn look_and_check<S: Services<Error = MasterError>>(

@@ -6,6 +6,7 @@ mod arguments;
 mod ask;
 mod bus;
 mod calc;
+mod calculation;
 mod check;
 mod completions;
 mod decode;

@@ -3,28 +3,32 @@
 use std::fmt;
 
 use clap::Args;
+use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
-use encoring_host::preset::{Preset, PresetReport};
-use encoring_host::service::Failure as ServiceFailure;
+use encoring_host::preset::{Done, Preset, PresetReport};
+use encoring_host::service::check;
 use encoring_host::session::Fate;
+use encoring_words::InWord;
 use serde::Serialize;
 
 use crate::arguments;
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Consent, Output};
-use crate::ask::confirmed;
-use crate::bus::Opened;
-use crate::output::{Answer, Failure, bad_input};
-use crate::told::{FailureView, TargetView};
+use crate::ask::{CHECK_DOES, asked, can_be_asked, confirmed};
+use crate::bus::{Deed, Opened};
+use crate::output::{Answer, Failure, bad_input, note};
+use crate::told::{Failed, FailureView, StatusView, TargetView};
 
 /// Make the position a value, here and now (preset adjustment, service 06)
 ///
 /// The old zero is gone afterwards, and nothing can read it back: write down what is shown at a mark first. A preset
-/// adjustment that got no answer is never repeated.
+/// adjustment that got no answer is never repeated. While an error is pending none is made: `encoring check` comes
+/// first, and --yes is no consent to that.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 done; 1 refused, not confirmed, or another master is at work;
-2 bad usage; 3 no answer: whether it was done may not be known.
+Exit codes: 0 done; 1 refused, an error is pending, the answer was no, or another
+master is at work; 2 bad usage; 3 no answer, or the position does not show it:
+whether it was done may not be known.
 
 Examples:
   encoring preset 0 --bus sim --at 2
@@ -49,9 +53,14 @@ struct PresetView {
     /// In steps.
     before: Option<u32>,
     after: Option<u32>,
+    /// The encoder acknowledged it without an error, and the position shows it.
     done: bool,
+    /// What IN showed last.
+    error_bit: bool,
     failure: Option<FailureView>,
     text: Vec<String>,
+    #[serde(skip)]
+    answer: Answer,
 }
 
 impl fmt::Display for PresetView {
@@ -63,7 +72,8 @@ impl fmt::Display for PresetView {
         if let Some(failure) = &self.failure {
             writeln!(f, "{failure}")?;
         }
-        writeln!(f, "position now:    {}", shown(self.after))?;
+        let pending = if self.error_bit { ", an error is pending" } else { "" };
+        writeln!(f, "position now:    {}{pending}", shown(self.after))?;
         self.text.iter().try_for_each(|line| writeln!(f, "{line}"))
     }
 }
@@ -71,60 +81,144 @@ impl fmt::Display for PresetView {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
     let (mut opened, target) = arguments.encoder.open()?;
+    opened.announce(target, Deed::Changes);
     let told = arguments.adjust(&mut opened, target);
     opened.close()?;
     let view = told?;
     arguments.output.print(&view)?;
-    Ok(view.failure.map_or(Answer::Yes, |failure| failure.answer()))
+    Ok(view.answer)
 }
 
 impl Arguments {
     fn adjust(&self, opened: &mut Opened, target: Target) -> Result<PresetView, Failure> {
-        let patience = self.encoder.patience;
-        let preset =
-            opened.serve(target, patience, |master| Preset::prepare(master, target.model, self.value))?;
+        let mut prepared = self.prepare(opened, target)?;
+        // Consent to the preset is none to a data check.
+        if let Err(pending @ Failed::ErrorPending { .. }) = &prepared
+            && !self.consent.yes
+            && can_be_asked()
+        {
+            asked(&format!(
+                "{}\n{}: {CHECK_DOES} It comes first.",
+                FailureView::new(pending, target, None),
+                TargetView::new(target)
+            ))?;
+            let checked = opened.serve(target, self.encoder.patience, |master| check(master))?;
+            note(&StatusView::of(checked, target.model).to_string());
+            prepared = self.prepare(opened, target)?;
+        }
+        let preset = match prepared {
+            Ok(preset) => preset,
+            Err(failed) => return Ok(self.not_begun(target, &failed)),
+        };
         let shown = preset.before().ok_or_else(|| bad_input("the encoder shows no position"))?;
-        let pending = if preset.error_pending() { " An error is pending: see `encoring check`." } else { "" };
-        confirmed(
-            self.consent,
-            &format!(
-                "{}: the position is {shown} now and shall be {}. The old zero cannot be read back.{pending}",
-                TargetView::new(target),
-                self.value
-            ),
-        )?;
-        opened.serve(target, patience, |master| {
+        let moves = match preset.steps_per_s() {
+            Some(0) => None,
+            Some(steps) => Some(format!("the shaft or magnet moves, by some {steps} steps a second")),
+            None => Some("whether the shaft or magnet moves was not seen".to_owned()),
+        };
+        let question = format!(
+            "{}: the position is {shown} now and shall be {}.{} The old zero cannot be read back.",
+            TargetView::new(target),
+            self.value,
+            moves.as_ref().map(|moves| format!(" Stop the axis: {moves}.")).unwrap_or_default()
+        );
+        confirmed(self.consent, &question)?;
+        if let (true, Some(moves)) = (self.consent.yes, &moves) {
+            note(&format!("note: {moves}"));
+        }
+        opened.serve(target, self.encoder.patience, |master| {
             let report = preset.adjust(master);
-            let failed = report.result.as_ref().err();
-            let failure = failed.map(|failed| FailureView::new(failed, target.model, master.last_error()));
-            Ok(PresetView {
-                target: TargetView::new(target),
-                wanted: self.value,
-                before: report.before,
-                after: report.after,
-                done: report.result.is_ok(),
-                failure,
-                text: self.text(&report),
-            })
+            Ok(self.told(target, &report, master.last_error(), moves))
         })
+    }
+
+    /// What hinders a preset adjustment is a finding; that nobody answers is none.
+    fn prepare(&self, opened: &mut Opened, target: Target) -> Result<Result<Preset, Failed>, Failure> {
+        opened.serve(target, self.encoder.patience, |master| {
+            match Preset::prepare(master, target.model, self.value) {
+                Err(
+                    failed @ (Failed::ErrorPending { .. } | Failed::Refused(_) | Failed::Unreadable { .. }),
+                ) => Ok(Err(failed)),
+                prepared => prepared.map(Ok),
+            }
+        })
+    }
+
+    fn not_begun(&self, target: Target, failed: &Failed) -> PresetView {
+        let failure = FailureView::new(failed, target, None);
+        PresetView {
+            target: TargetView::new(target),
+            wanted: self.value,
+            before: None,
+            after: None,
+            done: false,
+            // Whatever it is, the encoder has an error pending because of it or before it.
+            error_bit: true,
+            answer: failure.answer(),
+            failure: Some(failure),
+            text: vec!["not done: the zero is as it was".to_owned()],
+        }
+    }
+
+    fn told(
+        &self,
+        target: Target,
+        report: &PresetReport<MasterError>,
+        behind: Option<&BusError>,
+        moves: Option<String>,
+    ) -> PresetView {
+        let failure = report.result.as_ref().err().map(|failed| FailureView::new(failed, target, behind));
+        let error_bit = report.shown.is_some_and(InWord::error_bit);
+        let answer = match (&failure, &report.result) {
+            (Some(failure), _) => failure.answer(),
+            (None, Ok(Done::Confirmed)) if !error_bit => Answer::Yes,
+            (None, Ok(Done::Confirmed)) => Answer::No,
+            (None, _) => Answer::Unknown,
+        };
+        let mut text = self.text(report);
+        text.extend(moves);
+        PresetView {
+            target: TargetView::new(target),
+            wanted: self.value,
+            before: report.before,
+            after: report.after,
+            done: report.result == Ok(Done::Confirmed),
+            error_bit,
+            failure,
+            text,
+            answer,
+        }
     }
 
     /// What the report comes to.
     fn text(&self, report: &PresetReport<MasterError>) -> Vec<String> {
-        let Err(failed) = &report.result else {
-            return vec![if report.after == Some(self.value) {
-                "done".to_owned()
-            } else {
-                format!(
-                    "done: the encoder acknowledged it; the position is no longer {}, so the shaft or magnet moves",
-                    self.value
-                )
-            }];
+        let back = report
+            .before
+            .map(|before| format!("the way back, at the same place: `encoring preset {before}`"));
+        let mut text = match &report.result {
+            Ok(Done::Confirmed) if report.after == Some(self.value) => vec!["done".to_owned()],
+            Ok(Done::Confirmed) => vec![format!(
+                "done: the position is no longer {}, as far from it as it moved before",
+                self.value
+            )],
+            Ok(Done::Acknowledged) => vec![
+                "acknowledged, not confirmed: the encoder reported no error, but the position does not show the \
+                 value. Compare it with a mark on the machine"
+                    .to_owned(),
+            ],
+            Err(failed) => return self.not_done(report, failed),
         };
+        text.extend(back);
+        text
+    }
+
+    fn not_done(&self, report: &PresetReport<MasterError>, failed: &Failed) -> Vec<String> {
         let mut text = vec!["not repeated: a second preset adjustment could set another zero".to_owned()];
         let fate = match failed {
-            ServiceFailure::TimedOut { timed_out, .. } => timed_out.fate,
-            ServiceFailure::GivenUp { given_up, .. } => given_up.fate,
+            Failed::TimedOut { timed_out, .. } => timed_out.fate,
+            Failed::GivenUp { given_up, .. } => given_up.fate,
+            // An error that came up meanwhile shows in the same bit.
+            Failed::Refused(_) => Fate::Unknown,
             _ => Fate::NotSent,
         };
         if fate == Fate::Unknown {

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 use encoring_workshop::ParameterFile;
 
-use crate::arguments::range::{Range, values};
+use crate::arguments::bus::Target;
+use crate::arguments::range::{Range, Wanted, wanted};
 use crate::output::{Answer, Failure, bad_input};
 use crate::programming::How;
 
@@ -37,7 +38,6 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    arguments.how.encoder.ring.writing("program")?;
     let file = match (&arguments.file, &arguments.range) {
         (Some(file), None) => Some(ParameterFile::read(file).map_err(bad_input)?),
         (None, Some(_)) => None,
@@ -48,22 +48,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             ));
         }
     };
-    arguments.how.run(|target| match (&file, &arguments.range) {
-        (Some(file), _) => {
-            if file.model != target.model {
-                return Err(bad_input(format!(
-                    "the file is of a {}, the encoder a {}",
-                    file.model, target.model
-                )));
-            }
-            match (file.native, target.native) {
-                (Some(file), Some(own)) if file != own => Err(bad_input(format!(
-                    "the file is of an encoder with {file} steps per turn, this one has {own}"
-                ))),
-                _ => Ok(file.values.clone()),
-            }
-        }
-        (None, Some(range)) => values(range, target.steps_per_turn()),
-        (None, None) => Ok(Vec::new()),
+    arguments.how.run("program", |target| match (file, &arguments.range) {
+        (Some(file), _) => of_file(file, target),
+        (None, Some(range)) => wanted(range, target.model, target.steps_per_turn()),
+        (None, None) => Ok(Wanted::default()),
     })
+}
+
+/// The values of a file, if it is one of this encoder.
+fn of_file(file: ParameterFile, target: Target) -> Result<Wanted, Failure> {
+    if file.model != target.model {
+        return Err(bad_input(format!("the file is of a {}, the encoder a {}", file.model, target.model)));
+    }
+    match (file.native, target.native) {
+        (Some(file), Some(own)) if file != own => Err(bad_input(format!(
+            "the file is of an encoder with {file} steps per turn, this one has {own}"
+        ))),
+        _ => Ok(Wanted { values: file.values, warnings: Vec::new() }),
+    }
 }

@@ -7,14 +7,15 @@ use std::time::SystemTime;
 
 use clap::Args;
 use encoring_bus::master::MasterError;
-use encoring_host::program::{Prepared, Program};
-use encoring_words::{InWord, Parameter};
-use encoring_workshop::ParameterFile;
+use encoring_host::program::{Prepared, Program, Stopped};
+use encoring_workshop::backup::{Taken, keep};
 
 use crate::arguments::bus::{Encoder, Target};
+use crate::arguments::range::Wanted;
 use crate::arguments::{Consent, Output};
-use crate::ask::confirmed;
-use crate::bus::Opened;
+use crate::ask::{CHECK_DOES, confirmed};
+use crate::bus::{Deed, Opened};
+use crate::calculation::Note;
 use crate::output::{Answer, Failure, bad_input};
 use crate::told::TargetView;
 use view::ProgramView;
@@ -35,94 +36,134 @@ pub(crate) struct How {
     /// Keep no old values
     #[arg(long, conflicts_with = "backup", global = true)]
     no_backup: bool,
+    /// Run the data check also if everything is programmed already
+    #[arg(long, conflicts_with = "dry_run", global = true)]
+    check: bool,
     #[command(flatten)]
     output: Output,
 }
 
 impl How {
-    /// Programs what `values` finds for the encoder.
+    /// Programs what `wanted` finds for the encoder.
     pub(crate) fn run(
         &self,
-        values: impl FnOnce(Target) -> Result<Vec<(Parameter, u32)>, Failure>,
+        command: &str,
+        wanted: impl FnOnce(Target) -> Result<Wanted, Failure>,
     ) -> Result<Answer, Failure> {
+        if !self.dry_run {
+            self.encoder.ring.writing(command)?;
+        }
         let (mut opened, target) = self.encoder.open()?;
+        let Wanted { values, warnings } = wanted(target)?;
         let mut program = Program::new(target.model, target.native);
-        for (parameter, value) in values(target)? {
+        for (parameter, value) in values {
             program.set(parameter, value).map_err(bad_input)?;
         }
-        let told = self.program(&mut opened, target, program);
+        opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
+        let told = Programming { how: self, target, warnings: &warnings }.run(&mut opened, program);
         opened.close()?;
-        let view = told?;
+        let view = told?.warned(&warnings);
         self.output.print(&view)?;
         Ok(view.answer())
     }
+}
 
-    fn program(&self, opened: &mut Opened, target: Target, program: Program) -> Result<ProgramView, Failure> {
-        let (simulated, address) = (opened.is_simulated(), opened.address.clone());
-        let patience = self.encoder.patience;
-        let prepared = opened.serve(target, patience, |master| Ok(program.prepare(master)))?;
-        if self.dry_run {
-            return Ok(ProgramView::planned(target, &prepared));
+/// An encoder that is being programmed.
+struct Programming<'a> {
+    how: &'a How,
+    target: Target,
+    warnings: &'a [Note],
+}
+
+impl Programming<'_> {
+    fn run(&self, opened: &mut Opened, program: Program) -> Result<ProgramView, Failure> {
+        let Self { how, target, .. } = *self;
+        let patience = how.encoder.patience;
+        let mut prepared = opened.serve(target, patience, |master| Ok(program.prepare(master)))?;
+        if how.dry_run {
+            let backup = self.asked_backup(opened, &prepared)?;
+            return Ok(ProgramView::planned(target, &prepared, backup));
         }
-        let mut backup = None;
-        if prepared.stopped().is_none() && prepared.changes() {
-            confirmed(self.consent, &question(target, &prepared))?;
-            backup = self.keep(simulated, &address, target, &prepared)?;
+        if needs_check(&prepared) {
+            confirmed(how.consent, &self.check_question())?;
+            prepared = opened.serve(target, patience, |master| Ok(prepared.check(master)))?;
+        }
+        let mut backup = self.asked_backup(opened, &prepared)?;
+        let check = how.check && prepared.is_programmed();
+        if check {
+            confirmed(how.consent, &self.check_question())?;
+        } else if prepared.stopped().is_none() && prepared.changes() {
+            confirmed(how.consent, &self.question(&prepared))?;
+            if backup.is_none() && !how.no_backup && !opened.is_simulated() {
+                backup = Some(self.keep(opened, &prepared, None)?);
+            }
         }
         opened.serve(target, patience, |master| {
-            let report = prepared.run(master);
+            let report = if check { prepared.run_checked(master) } else { prepared.run(master) };
             Ok(ProgramView::done(target, &report, master.last_error(), backup))
         })
+    }
+
+    /// The backup that was asked for, whether something is written or not.
+    fn asked_backup(
+        &self,
+        opened: &Opened,
+        prepared: &Prepared<MasterError>,
+    ) -> Result<Option<String>, Failure> {
+        let known = prepared.rows().any(|row| row.before.is_some());
+        match &self.how.backup {
+            Some(path) if known => self.keep(opened, prepared, Some(path)).map(Some),
+            _ => Ok(None),
+        }
     }
 
     /// Writes the old values into a file before they are changed.
     #[expect(clippy::disallowed_methods, reason = "a backup says when it was made, and is named so")]
     fn keep(
         &self,
-        simulated: bool,
-        address: &str,
-        target: Target,
+        opened: &Opened,
         prepared: &Prepared<MasterError>,
-    ) -> Result<Option<String>, Failure> {
-        let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
-        let path = match &self.backup {
-            Some(path) => path.clone(),
-            None if self.no_backup || simulated => return Ok(None),
-            None => {
-                let name = format!("backup-{}-at-{}-{now}.toml", target.model, target.position);
-                PathBuf::from(name.replace(':', ""))
-            }
-        };
-        let file = ParameterFile {
-            model: target.model,
-            native: target.native,
-            remarks: vec![
-                format!("as it was before it was programmed, {now}"),
-                format!("{address}, position {}", target.position),
-                format!("IN showed {}", prepared.shown().unwrap_or(InWord(0))),
-                "the offset of a preset adjustment is not here: no service reads it".to_owned(),
-            ],
-            values: prepared
-                .rows()
-                .filter_map(|row| row.before.map(|value| (row.parameter, value)))
-                .collect(),
-        };
-        file.write_new(&path).map_err(|error| {
+        path: Option<&PathBuf>,
+    ) -> Result<String, Failure> {
+        let Target { position, model, native, .. } = self.target;
+        let taken = Taken { at: SystemTime::now(), bus: &opened.address, position, shown: prepared.shown() };
+        let path = path.cloned().unwrap_or_else(|| taken.file_name(model));
+        let rows = prepared.rows().map(|row| (row.parameter, row.before));
+        keep(&taken.backup(model, native, rows), &path).map_err(|error| {
             bad_input(format!("the old values cannot be kept, so nothing was written: {error}"))
         })?;
-        Ok(Some(path.display().to_string()))
+        Ok(path.display().to_string())
+    }
+
+    /// Consent to a data check and no more.
+    fn check_question(&self) -> String {
+        format!("{}: {CHECK_DOES}", TargetView::new(self.target))
+    }
+
+    /// Consent to what will be written, and to the data check behind it.
+    fn question(&self, prepared: &Prepared<MasterError>) -> String {
+        let mut text = format!("{}:", TargetView::new(self.target));
+        for row in prepared.rows().filter(|row| row.changes()) {
+            if let (Some(before), Some(wanted)) = (row.before, row.wanted) {
+                text += &format!("\n  {} {before} -> {wanted}", row.parameter.key());
+            }
+        }
+        for warning in self.warnings {
+            text += &format!("\n{}: {}", warning.topic, warning.text);
+        }
+        text += &format!("\nThen a data check follows: {CHECK_DOES}");
+        if prepared.moves_the_position() {
+            text += "\nAfterwards the same place has another position; a preset adjustment may be needed.";
+        }
+        text
     }
 }
 
-fn question(target: Target, prepared: &Prepared<MasterError>) -> String {
-    let mut text = format!("{}:", TargetView::new(target));
-    for row in prepared.rows().filter(|row| row.changes()) {
-        if let (Some(before), Some(wanted)) = (row.before, row.wanted) {
-            text += &format!("\n  {} {before} -> {wanted}", row.parameter.key());
-        }
-    }
-    if prepared.moves_the_position() {
-        text += "\nAfterwards the same place has another position; a preset adjustment may be needed.";
-    }
-    text
+/// Whether a pending error hides what must be known before something is written.
+fn needs_check(prepared: &Prepared<MasterError>) -> bool {
+    let hidden = match prepared.stopped() {
+        None => prepared.changes(),
+        Some(stopped) => matches!(stopped, Stopped::Unreadable { .. }),
+    };
+    prepared.error_pending() && hidden
 }

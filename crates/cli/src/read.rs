@@ -15,17 +15,18 @@ use serde::Serialize;
 use crate::arguments::Output;
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
+use crate::bus::Deed;
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, FailureView, Shown, TargetView};
 
 /// Read what is programmed in an encoder
 ///
 /// Changes nothing, but uses the handshake: while a value is read IN shows the reply and no position, so stop the axis
-/// first. Only a read that the encoder refuses is followed by a data check, which tells why.
+/// first. No data check is run: `encoring check` tells why a read was refused.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 read; 1 refused, or another master is at work; 2 bad usage; 3 no
-answer.
+Exit codes: 0 read; 1 an error is pending, or another master is at work; 2 bad
+usage; 3 no answer, or a value that cannot be read.
 
 Examples:
   encoring read all --bus sim --at 2
@@ -86,6 +87,18 @@ impl fmt::Display for ParameterView {
     }
 }
 
+impl ReadView {
+    fn answer(&self) -> Answer {
+        if self.parameters.iter().any(|parameter| parameter.value.is_none()) {
+            Answer::Unknown
+        } else if self.shown.error_bit {
+            Answer::No
+        } else {
+            Answer::Yes
+        }
+    }
+}
+
 impl fmt::Display for ReadView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.target)?;
@@ -98,7 +111,7 @@ impl fmt::Display for ReadView {
         if self.shown.error_bit && self.failures.is_empty() {
             writeln!(
                 f,
-                "\nAn error is pending, so a ? may be 0 or a record that cannot be read; run `encoring check`."
+                "\nAn error is pending, so a ? may be 0 or a record that cannot be read; `encoring check` tells."
             )?;
         }
         if self.parameters.len() > 1 {
@@ -118,11 +131,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Parameters::All => parameters_of(target.model).collect(),
         Parameters::One(parameter) => vec![parameter],
     };
+    opened.announce(target, Deed::Reads);
     let told = opened.serve(target, arguments.encoder.patience, |master| look(master, target, &wanted));
     opened.close()?;
     let view = told?;
     arguments.output.print(&view)?;
-    Ok(if view.failures.is_empty() { Answer::Yes } else { Answer::No })
+    Ok(view.answer())
 }
 
 fn look<S: Services<Error = MasterError>>(
@@ -136,7 +150,7 @@ fn look<S: Services<Error = MasterError>>(
         let value = match read(services, target.model, *parameter) {
             Ok(value) => value.sure(),
             Err(failed @ Failed::Refused(_)) => {
-                failures.push(FailureView::new(&failed, target.model, None));
+                failures.push(FailureView::new(&failed, target, None));
                 None
             }
             Err(failed) => return Err(failed),

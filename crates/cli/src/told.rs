@@ -9,12 +9,13 @@ use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
 use encoring_host::session::{Fate, TimedOut, WaitedFor};
+use encoring_words::model::MODELS;
 use encoring_words::parameter::Code;
 use encoring_words::word::In;
-use encoring_words::{ErrorStatus, InWord, Model};
+use encoring_words::{Access, ErrorStatus, InWord, Model};
 use serde::Serialize;
 
-use crate::arguments::bus::Target;
+use crate::arguments::bus::{Source, Target};
 use crate::bus::AnyBus;
 use crate::output::{Answer, Failure};
 
@@ -81,6 +82,9 @@ pub(crate) struct StatusView {
     /// The error bit of the data check's reply.
     pub(crate) remains: bool,
     pub(crate) bits: Vec<BitView>,
+    /// Why it may be the status of another model.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubt: Option<String>,
     #[serde(skip)]
     model: Model,
 }
@@ -93,14 +97,14 @@ pub(crate) struct BitView {
 }
 
 impl StatusView {
-    pub(crate) fn new(status: ErrorStatus, remains: bool, model: Model) -> Self {
+    pub(crate) fn of(check: Check, model: Model) -> Self {
+        let Check { status, remains } = check;
         let bits =
             status.explain().map(|row| BitView { bit: row.bit, meaning: row.meaning, remedy: row.remedy });
-        Self { status_hex: format!("{:04X}", status.bits()), remains, bits: bits.collect(), model }
-    }
-
-    pub(crate) fn of(check: Check, model: Model) -> Self {
-        Self::new(check.status, check.remains, model)
+        let foreign = status.difference(model.status_mask());
+        let doubt = (!foreign.is_empty())
+            .then(|| format!("a {model} never shows the bits {:04X}: is --model right?", foreign.bits()));
+        Self { status_hex: format!("{:04X}", status.bits()), remains, bits: bits.collect(), doubt, model }
     }
 }
 
@@ -113,14 +117,14 @@ impl fmt::Display for StatusView {
         if self.bits.is_empty() && self.remains && !self.model.tells_refusals() {
             write!(f, "\n  a {} does not tell which error it was: a refusal has no status bit", self.model)?;
         }
-        Ok(())
+        self.doubt.as_ref().map_or(Ok(()), |doubt| write!(f, "\n  {doubt}"))
     }
 }
 
 /// A service that failed.
 #[derive(Serialize)]
 pub(crate) struct FailureView {
-    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master` or `no_bus`.
+    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master`, `no_bus`, `error_pending` or `unreadable`.
     pub(crate) kind: &'static str,
     /// The request's OUT word.
     pub(crate) out: Option<String>,
@@ -147,16 +151,35 @@ fn named(request: Request) -> String {
     format!("service {:02X} ({})", request.service().number(), request.deed())
 }
 
+/// Whether a refused service tells that `--model` is wrong: only services that the model has are sent.
+fn other_model(request: Request, check: Option<Check>, target: Target) -> Option<String> {
+    let unknown = check.map_or(request.access() == Access::Read, |check| {
+        check.status.contains(ErrorStatus::UNKNOWN_COMMAND)
+    });
+    let service = request.service();
+    let without: Vec<_> = MODELS.into_iter().filter(|model| !service.known_to(*model)).collect();
+    let lack = match without.as_slice() {
+        _ if !unknown || target.source == Source::Ring => return None,
+        [] => return None,
+        [only] => format!("only a {only} has no service {:02X}", service.number()),
+        several => {
+            let names: Vec<_> = several.iter().map(|model| format!("a {model}")).collect();
+            format!("{} have no service {:02X}", names.join(" and "), service.number())
+        }
+    };
+    Some(format!("{lack}: is --model {} right? look at the type label", target.model))
+}
+
 const fn fate(fate: Fate) -> (&'static str, &'static str) {
     match fate {
-        Fate::NotSent => ("no", "nothing was sent: the encoder is as it was"),
+        Fate::NotSent => ("no", "this request was not sent"),
         Fate::Unknown => ("unknown", "whether the encoder has carried it out is not known"),
         Fate::CarriedOut(_) => ("yes", "the encoder has carried it out: its reply was seen"),
     }
 }
 
 impl FailureView {
-    pub(crate) fn new(failed: &Failed, model: Model, behind: Option<&BusError>) -> Self {
+    pub(crate) fn new(failed: &Failed, target: Target, behind: Option<&BusError>) -> Self {
         let blank = |kind, ends| Self {
             kind,
             out: None,
@@ -175,9 +198,13 @@ impl FailureView {
                 if repeated {
                     text.push("it was repeated and refused again".to_owned());
                 }
+                text.extend(other_model(request, check, target));
+                if check.is_none() {
+                    text.push("an error is pending now: `encoring check` tells which".to_owned());
+                }
                 Self {
                     out: Some(request.word().to_string()),
-                    status: Some(StatusView::of(check, model)),
+                    status: check.map(|check| StatusView::of(check, target.model)),
                     text,
                     ..blank("refused", Ends::Refused)
                 }
@@ -214,6 +241,23 @@ impl FailureView {
                     ..blank("given_up", Ends::NoAnswer)
                 }
             }
+            ServiceFailure::ErrorPending { shown } => Self {
+                text: vec![
+                    format!("IN shows {shown}: an error is pending, and nothing was sent"),
+                    "run `encoring check` first: it tells which error it is, and ends it if it is over; the position \
+                     may jump"
+                        .to_owned(),
+                ],
+                ..blank("error_pending", Ends::Refused)
+            },
+            ServiceFailure::Unreadable { parameter } => Self {
+                text: vec![format!(
+                    "{} reads as 0 while an error is pending, and so does a record that cannot be read; run \
+                     `encoring check`",
+                    parameter.key()
+                )],
+                ..blank("unreadable", Ends::NoAnswer)
+            },
             ServiceFailure::Bus(ref error) => {
                 let (kind, ends) = match error {
                     MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {

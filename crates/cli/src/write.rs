@@ -4,6 +4,7 @@ use clap::Args;
 use encoring_words::Parameter;
 
 use crate::arguments;
+use crate::arguments::range::Wanted;
 use crate::output::{Answer, Failure};
 use crate::programming::How;
 
@@ -30,6 +31,6 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    arguments.how.encoder.ring.writing("write")?;
-    arguments.how.run(|_| Ok(vec![(arguments.parameter, arguments.value)]))
+    let values = vec![(arguments.parameter, arguments.value)];
+    arguments.how.run("write", |_| Ok(Wanted { values, warnings: Vec::new() }))
 }

@@ -1,10 +1,15 @@
 //! Programming as a user means it: these values shall count, all of them or none [R79..R81, C38].
 //!
-//! 1. Everything is read, and judged as the data check will judge it; what it would refuse is not begun. If an error
-//!    is pending, a data check comes first, so that later errors can be seen.
-//! 2. What differs is written, in the order of the services.
-//! 3. One data check makes it count.
-//! 4. Everything is read back and compared, and the position is looked at.
+//! 1. Everything is read, and judged as the data check will judge it; what it would refuse is not begun. Only reads
+//!    are sent.
+//! 2. If an error is pending, a data check comes next and everything is read anew, so that later errors can be seen.
+//! 3. What differs is written, in the order of the services.
+//! 4. One data check makes it count.
+//! 5. Everything is read back and compared, and the position is looked at.
+//!
+//! A data check also makes values count that were programmed earlier and never checked: the position may jump. So it is
+//! a step of its own ([`Prepared::check`], [`Prepared::run`], [`Prepared::run_checked`]) for which a user is asked, and
+//! where nothing differs none is run unless it is asked for.
 //!
 //! If a step fails, the old values are written back and checked in the same way. The report says in any case what
 //! every parameter holds now, or that it is not known.
@@ -16,7 +21,7 @@ use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 
 use crate::preset::position;
 use crate::request::Request;
-use crate::service::{Check, Failure, Services, carry_out, check, read};
+use crate::service::{Check, Failure, Refusal, Services, check, read, write};
 use crate::session::Fate;
 
 /// What to program.
@@ -38,6 +43,8 @@ pub struct Report<E> {
     pub shown_after: Option<InWord>,
     /// Errors of before, as the data check told them.
     pub earlier: ErrorStatus,
+    /// A data check has found the values good and made them count.
+    pub checked: bool,
     /// What became of the old values if a step failed.
     pub back: Back,
     /// `Ok` if everything was done and verified.
@@ -168,16 +175,17 @@ impl Program {
         set.validity(self.model, self.sensor)
     }
 
-    /// Reads everything and judges it. Nothing is written; but if an error is pending a data check is run.
+    /// Reads everything and judges it. Only reads are sent.
     pub fn prepare<S: Services>(self, services: &mut S) -> Prepared<S::Error> {
         let mut prepared = Prepared::new(self);
-        prepared.stopped = prepared.read(services).err();
+        prepared.stopped = prepared.read(services, Doubts::Stay).err();
         prepared
     }
 
-    /// Programs, checks and verifies.
+    /// Programs, checks and verifies, with a data check first if an error is pending.
     pub fn run<S: Services>(self, services: &mut S) -> Report<S::Error> {
-        self.prepare(services).run(services)
+        let prepared = self.prepare(services);
+        if prepared.error_pending() { prepared.check(services).run(services) } else { prepared.run(services) }
     }
 }
 
@@ -190,6 +198,7 @@ pub struct Prepared<E> {
     earlier: ErrorStatus,
     /// Something was written, so that the encoder may differ from what it was.
     written: bool,
+    checked: bool,
     /// Why it cannot be run.
     stopped: Option<Stopped<E>>,
 }
@@ -206,7 +215,7 @@ impl<E> Prepared<E> {
             })
         });
         let earlier = ErrorStatus::empty();
-        Self { program, rows, shown_before: None, earlier, written: false, stopped: None }
+        Self { program, rows, shown_before: None, earlier, written: false, checked: false, stopped: None }
     }
 
     /// What the encoder holds, and what it is to hold.
@@ -224,6 +233,18 @@ impl<E> Prepared<E> {
     #[must_use]
     pub const fn shown(&self) -> Option<InWord> {
         self.shown_before
+    }
+
+    /// `true` if an error was pending when this was prepared: what reads as 0 may then be a record that cannot be read.
+    #[must_use]
+    pub const fn error_pending(&self) -> bool {
+        matches!(self.shown_before, Some(shown) if shown.error_bit())
+    }
+
+    /// `true` if everything that is to be programmed is known to be there already.
+    #[must_use]
+    pub fn is_programmed(&self) -> bool {
+        self.stopped.is_none() && !self.changes()
     }
 
     /// Errors that were pending, as the data check told them.
@@ -250,12 +271,44 @@ impl<E> Prepared<E> {
         })
     }
 
-    /// Programs, checks and verifies.
+    /// Runs the data check, so that later errors can be seen, and reads everything anew: what the position was computed
+    /// with may have changed.
+    pub fn check<S: Services<Error = E>>(self, services: &mut S) -> Self {
+        let mut again = Self::new(self.program);
+        again.stopped = match check_once_more(services) {
+            Ok(check) => {
+                again.earlier = check.status;
+                again.read(services, Doubts::EndWithCheck).err()
+            }
+            Err(failure) => Some(failure.into()),
+        };
+        again
+    }
+
+    /// Programs, checks and verifies. If nothing differs only reads are sent, and nothing is checked.
     pub fn run<S: Services<Error = E>>(mut self, services: &mut S) -> Report<E> {
+        let result = match self.stopped.take() {
+            Some(stopped) => Err(stopped),
+            None if self.changes() => self.forward(services),
+            None => Ok(()),
+        };
+        self.report(services, result)
+    }
+
+    /// The same with a data check in any case.
+    pub fn run_checked<S: Services<Error = E>>(mut self, services: &mut S) -> Report<E> {
         let result = match self.stopped.take() {
             Some(stopped) => Err(stopped),
             None => self.forward(services),
         };
+        self.report(services, result)
+    }
+
+    fn report<S: Services<Error = E>>(
+        mut self,
+        services: &mut S,
+        result: Result<(), Stopped<E>>,
+    ) -> Report<E> {
         let back = match result {
             Ok(()) => Back::NotNeeded,
             Err(_) if !self.written => Back::NothingWritten,
@@ -266,19 +319,15 @@ impl<E> Prepared<E> {
             shown_before: self.shown_before,
             shown_after: services.look().ok(),
             earlier: self.earlier,
+            checked: self.checked && result.is_ok(),
             back,
             result,
         }
     }
 
-    fn read<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
-        let shown = services.look().map_err(Failure::Bus)?;
-        self.shown_before = Some(shown);
-        if shown.error_bit() {
-            // While an error is pending a service cannot report one of its own.
-            self.earlier = check_once_more(services)?.status;
-        }
-        find_out(services, self.program.model, &mut self.rows, |_| true)?;
+    fn read<S: Services<Error = E>>(&mut self, services: &mut S, doubts: Doubts) -> Result<(), Stopped<E>> {
+        self.shown_before = Some(services.look().map_err(Failure::Bus)?);
+        find_out(services, self.program.model, &mut self.rows, doubts, |_| true)?;
         // A parameter that the model lacks stays as the factory leaves it.
         let mut set = ParameterSet::factory(self.program.model, self.program.sensor);
         for row in self.rows.iter_mut().flatten() {
@@ -302,7 +351,10 @@ impl<E> Prepared<E> {
             }
         }
         self.accept(services)?;
-        find_out(services, self.program.model, &mut self.rows, |row| row.wanted.is_some())?;
+        let (model, rows) = (self.program.model, &mut self.rows);
+        explained(services, |services| {
+            find_out(services, model, rows, Doubts::EndWithCheck, |row| row.wanted.is_some())
+        })?;
         for row in self.rows.iter().flatten() {
             match (row.wanted, row.now) {
                 (Some(wanted), Some(read)) if read != wanted => {
@@ -326,7 +378,8 @@ impl<E> Prepared<E> {
         }
         // A magnet that is away says nothing of the values [R95].
         let magnet = checked.status == ErrorStatus::OUTSIDE_RANGE;
-        if checked.is_good() || magnet { Ok(()) } else { Err(Stopped::NotAccepted(checked)) }
+        self.checked = checked.is_good() || magnet;
+        if self.checked { Ok(()) } else { Err(Stopped::NotAccepted(checked)) }
     }
 
     /// No position may lie above the largest, and no error be pending, unless the magnet of a rod can be away.
@@ -366,7 +419,7 @@ impl<E> Prepared<E> {
         for row in self.rows.iter_mut().flatten().filter(|row| row.wanted.is_some()) {
             // One by one, so that one that fails leaves the others known.
             let mut alone = [Some(ParameterRow { now: None, ..*row })];
-            let _ = find_out(services, model, &mut alone, |_| true);
+            let _ = find_out(services, model, &mut alone, Doubts::EndWithCheck, |_| true);
             let [alone] = alone;
             row.now = alone.and_then(|row| row.now);
             restored &= row.now == row.before;
@@ -384,17 +437,16 @@ fn store<S: Services>(
     value: u32,
 ) -> Result<(), Failure<S::Error>> {
     let request = Request::write(model, row.parameter, value).map_err(Failure::Request)?;
-    let mut tried = carry_out(services, request);
+    let mut tried = write(services, request);
     if let Err(Failure::TimedOut { timed_out, .. }) = tried
         && !matches!(timed_out.fate, Fate::CarriedOut(_))
     {
         row.now = None;
-        let found = read(services, model, row.parameter)?.value;
-        row.now = Some(found);
-        if found == value {
+        row.now = read(services, model, row.parameter)?.sure();
+        if row.now == Some(value) {
             return Ok(());
         }
-        tried = carry_out(services, request);
+        tried = write(services, request);
     }
     match tried {
         Ok(_) => {
@@ -419,21 +471,31 @@ fn check_once_more<S: Services>(services: &mut S) -> Result<Check, Failure<S::Er
     }
 }
 
+/// What becomes of a 0 that may be a record that cannot be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Doubts {
+    /// It stays unknown: only reads are sent.
+    Stay,
+    /// A data check tells: a record that could not be read has left its mark in the status; an LA-66 shows none [R95].
+    EndWithCheck,
+}
+
 /// Reads what the picked rows hold now; what cannot be read is not known.
 fn find_out<S: Services>(
     services: &mut S,
     model: Model,
     rows: &mut [Option<ParameterRow>],
+    doubts: Doubts,
     pick: impl Fn(&ParameterRow) -> bool,
 ) -> Result<(), Failure<S::Error>> {
-    let mut doubts = false;
+    let mut doubtful = false;
     for row in rows.iter_mut().flatten().filter(|row| pick(row)) {
         row.now = None;
         row.now = read(services, model, row.parameter)?.sure();
-        doubts |= row.now.is_none();
+        doubtful |= row.now.is_none();
     }
-    // A record that could not be read has left its mark in the status, where the model has one for it [R95].
-    if doubts && model.status_mask().contains(ErrorStatus::READING_DATA) {
+    let marked = model.status_mask().contains(ErrorStatus::READING_DATA);
+    if doubtful && doubts == Doubts::EndWithCheck && marked {
         let status = check_once_more(services)?.status;
         if !status.contains(ErrorStatus::READING_DATA) {
             for row in rows.iter_mut().flatten().filter(|row| pick(row)) {
@@ -442,4 +504,18 @@ fn find_out<S: Services>(
         }
     }
     Ok(())
+}
+
+/// Has a data check tell why the encoder refused a read.
+fn explained<S: Services>(
+    services: &mut S,
+    work: impl FnOnce(&mut S) -> Result<(), Failure<S::Error>>,
+) -> Result<(), Failure<S::Error>> {
+    match work(services) {
+        Err(Failure::Refused(refusal @ Refusal { check: None, .. })) => {
+            let check = Some(check_once_more(services)?);
+            Err(Failure::Refused(Refusal { check, ..refusal }))
+        }
+        other => other,
+    }
 }

@@ -3,7 +3,7 @@
 //! Everything here is straight-line code over [`Services`], whoever carries a single service out: a controller's
 //! cycle, a bus client, a test.
 
-use encoring_words::{ErrorStatus, InWord, Model, Parameter};
+use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, Parameter};
 
 use crate::request::{Reply, Request, RequestError};
 use crate::session::{GivenUp, Outcome, TimedOut};
@@ -24,6 +24,12 @@ pub trait Services {
     /// # Errors
     /// If the encoder cannot be reached.
     fn look(&mut self) -> Result<InWord, Self::Error>;
+
+    /// The time now.
+    fn now(&self) -> Instant;
+
+    /// Lets time pass without touching the encoder.
+    fn wait(&mut self, span: Duration);
 }
 
 /// Why a service failed.
@@ -49,15 +55,26 @@ pub enum Failure<E> {
     },
     /// The encoder cannot be reached; nothing was sent.
     Bus(E),
+    /// An error is pending, so that the encoder could not report one of this service; nothing was sent.
+    ErrorPending {
+        /// What IN showed.
+        shown: InWord,
+    },
+    /// A parameter reads as 0 while an error is pending, and so does a record that cannot be read.
+    Unreadable {
+        /// Which.
+        parameter: Parameter,
+    },
 }
 
-/// A service that the encoder answered with the error bit, and what the data check said.
+/// A service that the encoder answered with the error bit, and what the data check said if one was run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Refusal {
     /// What was asked.
     pub request: Request,
-    /// The data check that followed.
-    pub check: Check,
+    /// The data check that followed. A read and a preset adjustment are followed by none: it makes values count that
+    /// were programmed and never checked, and nobody asked for that.
+    pub check: Option<Check>,
     /// The service was repeated and failed again: the manual then wants the encoder replaced [R154].
     pub repeated: bool,
 }
@@ -119,43 +136,57 @@ pub fn check<S: Services>(services: &mut S) -> Result<Check, Failure<S::Error>> 
     Ok(Check { status: ErrorStatus::from_bits_retain(reply.data as u16), remains: reply.error })
 }
 
-/// Carries `request` out. If the encoder refuses it, the data check is run; an EEPROM fault is worth one more try
-/// [R154].
-pub(crate) fn carry_out<S: Services>(
-    services: &mut S,
-    request: Request,
-) -> Result<(Reply, bool), Failure<S::Error>> {
+/// Writes a parameter. If the encoder refuses it, the data check is run; an EEPROM fault is worth one more try [R154].
+pub(crate) fn write<S: Services>(services: &mut S, request: Request) -> Result<(), Failure<S::Error>> {
     let eeprom = ErrorStatus::READING_DATA | ErrorStatus::WRITING_DATA;
     let mut repeated = false;
     loop {
         let (reply, error_before) = answer(services, request)?;
         // At the second try the error of the first may still be pending.
         if !reply.error || (error_before && !repeated) {
-            return Ok((reply, error_before));
+            return Ok(());
         }
         let check = check(services)?;
         let fault = check.status.intersects(eeprom);
         if repeated && !fault {
-            return Ok((reply, false));
+            return Ok(());
         }
-        // Repeated on a moving shaft a preset adjustment would set another zero.
-        if repeated || !fault || request.moves_the_zero() {
-            return Err(Failure::Refused(Refusal { request, check, repeated }));
+        if repeated || !fault {
+            return Err(Failure::Refused(Refusal { request, check: Some(check), repeated }));
         }
         repeated = true;
     }
 }
 
-/// Reads a parameter.
+/// Reads a parameter, and does nothing else: a refused read is tried once more [R154], and no data check is run.
 ///
 /// # Errors
-/// [`Failure`]. A refused read runs the data check, which makes programmed values count that did not yet.
+/// [`Failure`].
 pub fn read<S: Services>(
     services: &mut S,
     model: Model,
     parameter: Parameter,
 ) -> Result<ReadValue, Failure<S::Error>> {
     let request = Request::read(model, parameter).map_err(Failure::Request)?;
-    let (reply, error_before) = carry_out(services, request)?;
-    Ok(ReadValue { value: reply.data, error_before })
+    let (reply, error_before) = answer(services, request)?;
+    if error_before || !reply.error {
+        return Ok(ReadValue { value: reply.data, error_before });
+    }
+    // From here on its own error is pending, so only the data can tell whether the second try was better.
+    match answer(services, request)? {
+        (Reply { data: 0, .. }, _) => Err(Failure::Refused(Refusal { request, check: None, repeated: true })),
+        (Reply { data, .. }, _) => Ok(ReadValue { value: data, error_before: true }),
+    }
+}
+
+/// Reads a parameter whose value must be known for certain.
+///
+/// # Errors
+/// [`Failure`]; [`Failure::Unreadable`] if the 0 that was read may be a record that cannot be read.
+pub fn read_surely<S: Services>(
+    services: &mut S,
+    model: Model,
+    parameter: Parameter,
+) -> Result<u32, Failure<S::Error>> {
+    read(services, model, parameter)?.sure().ok_or(Failure::Unreadable { parameter })
 }

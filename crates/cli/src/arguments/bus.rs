@@ -41,6 +41,15 @@ pub(crate) struct Encoder {
     pub(crate) patience: Duration,
 }
 
+/// Who says which model an encoder is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The simulated ring, which knows.
+    Ring,
+    /// The user, who may be wrong.
+    User,
+}
+
 /// What every report names.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
@@ -48,6 +57,8 @@ pub(crate) struct Target {
     pub(crate) model: Model,
     /// Steps per turn, where they are known.
     pub(crate) native: Option<u32>,
+    /// Who says so.
+    pub(crate) source: Source,
 }
 
 impl Target {

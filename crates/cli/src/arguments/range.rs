@@ -4,11 +4,13 @@ use std::str::FromStr;
 
 use clap::{Args, Subcommand};
 use encoring_host::scaling::{
-    LengthOutside, Linear, Native, NumberError, Ratio, ResolutionOutside, Rotary, RotaryError, Rounding,
-    Turns, TurnsOutside, linear, rotary,
+    LengthOutside, Linear, Native, NumberError, Ratio, ResolutionOutside, RotaryError, Rounding, Turns,
+    TurnsOutside, linear, rotary,
 };
-use encoring_words::Parameter;
+use encoring_words::model::SensorKind;
+use encoring_words::{Model, Parameter};
 
+use crate::calculation::{Asked, Note, linear_notes};
 use crate::output::ratio::{cut, show};
 use crate::output::{Failure, bad_input};
 
@@ -82,7 +84,11 @@ fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, 
     })
 }
 
-pub(crate) fn rotary_range(range: &RotaryRange, native: Native) -> Result<(Ratio, Rotary), Failure> {
+pub(crate) fn rotary_range(
+    range: &RotaryRange,
+    native: Native,
+    model: Option<Model>,
+) -> Result<Asked, Failure> {
     let steps_per_turn = match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
         (Some(steps), ..) => Some(steps),
         (None, Some(mm), Some(resolution)) => mm.over(resolution),
@@ -100,26 +106,45 @@ pub(crate) fn rotary_range(range: &RotaryRange, native: Native) -> Result<(Ratio
             bad_input(length_outside(steps_per_turn, range.turns, range.mm_per_turn, outside))
         }
     })?;
-    Ok((steps_per_turn, found))
+    Ok(Asked { steps_per_turn, mm_per_turn: range.mm_per_turn, native, model, found })
 }
 
-/// The values of a range.
-pub(crate) fn values(range: &Range, steps_per_turn: Option<u32>) -> Result<Vec<(Parameter, u32)>, Failure> {
-    match range {
+/// What shall be programmed.
+#[derive(Default)]
+pub(crate) struct Wanted {
+    pub(crate) values: Vec<(Parameter, u32)>,
+    /// What whoever programs it must know.
+    pub(crate) warnings: Vec<Note>,
+}
+
+/// The values of a range for an encoder of a model. `steps_per_turn` are the most that it can have.
+pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -> Result<Wanted, Failure> {
+    let rod = model.sensor_kind() == SensorKind::Linear;
+    let (values, notes) = match range {
+        Range::Rotary(_) if rod => {
+            return Err(bad_input(format!("rotary: a {model} is a rod, no shaft; its range is `linear`")));
+        }
+        Range::Linear(_) if !rod => {
+            return Err(bad_input(format!("linear: a {model} is a shaft, no rod; its range is `rotary`")));
+        }
         Range::Rotary(range) => {
             let native = if steps_per_turn == Some(8192) { Native::Q8192 } else { Native::Q4096 };
-            let (_, found) = rotary_range(range, native)?;
-            Ok(vec![
-                (Parameter::MeasuringLength, found.scaling.measuring_length()),
-                (Parameter::Numerator, found.scaling.fraction.numerator()),
-                (Parameter::Denominator, found.scaling.fraction.denominator()),
-            ])
+            let asked = rotary_range(range, native, Some(model))?;
+            let scaling = asked.found.scaling;
+            let values = vec![
+                (Parameter::MeasuringLength, scaling.measuring_length()),
+                (Parameter::Numerator, scaling.fraction.numerator()),
+                (Parameter::Denominator, scaling.fraction.denominator()),
+            ];
+            (values, asked.notes())
         }
         Range::Linear(arguments) => {
             let found = linear_range(arguments)?;
-            Ok(vec![(Parameter::MeasuringLength, found.scaling.measuring_length())])
+            let values = vec![(Parameter::MeasuringLength, found.scaling.measuring_length())];
+            (values, linear_notes(arguments.length_mm, arguments.resolution_mm, &found))
         }
-    }
+    };
+    Ok(Wanted { values, warnings: notes.into_iter().filter(Note::warns).collect() })
 }
 
 fn turns_outside(given: Turns, outside: TurnsOutside) -> String {

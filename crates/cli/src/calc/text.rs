@@ -2,12 +2,7 @@
 
 use std::fmt;
 
-use super::view::{CalcView, Note, StepView, ValueView};
-
-/// Where the text of a note begins.
-const INDENT: usize = 10;
-/// Where it ends.
-const WIDTH: usize = 80;
+use super::view::{CalcView, StepView, ValueView};
 
 impl CalcView {
     /// What stands below the words.
@@ -31,26 +26,6 @@ With the error bit: write the end line of the service, then do service 08 again.
 shows there once; the next service 08 then answers 88000000.
 "
         )
-    }
-}
-
-impl fmt::Display for Note {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut column = INDENT;
-        write!(f, "{:<INDENT$}", self.topic)?;
-        for (at, word) in self.text.split(' ').enumerate() {
-            if at > 0 && column + 1 + word.len() > WIDTH {
-                write!(f, "\n{:INDENT$}{word}", "")?;
-                column = INDENT + word.len();
-            } else if at > 0 {
-                write!(f, " {word}")?;
-                column += 1 + word.len();
-            } else {
-                write!(f, "{word}")?;
-                column += word.len();
-            }
-        }
-        writeln!(f)
     }
 }
 

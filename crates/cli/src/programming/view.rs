@@ -5,12 +5,15 @@ use std::fmt;
 use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Back, ParameterRow, Prepared, Report, Stopped};
+use encoring_host::service::Check;
 use encoring_words::explain::Meaning;
+use encoring_words::model::Effect;
 use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
 
 use crate::arguments::bus::Target;
+use crate::calculation::Note;
 use crate::output::Answer;
 use crate::told::{FailureView, Shown, StatusView, TargetView};
 
@@ -18,8 +21,10 @@ use crate::told::{FailureView, Shown, StatusView, TargetView};
 pub(super) struct ProgramView {
     #[serde(flatten)]
     target: TargetView,
-    /// `verified`, `planned`, `not_begun`, `taken_back` or `incomplete`.
+    /// `verified`, `already_programmed`, `planned`, `not_begun`, `taken_back` or `incomplete`.
     result: &'static str,
+    /// A data check has made the values count.
+    checked: bool,
     parameters: Vec<RowView>,
     /// Errors that were pending before, and are over.
     earlier: Option<StatusView>,
@@ -29,6 +34,8 @@ pub(super) struct ProgramView {
     after: Option<Shown>,
     /// The file that holds the old values.
     backup: Option<String>,
+    /// What to know of these values.
+    warnings: Vec<String>,
     text: Vec<String>,
     #[serde(skip)]
     answer: Answer,
@@ -72,10 +79,12 @@ fn code(rows: &[&ParameterRow], pick: impl Fn(&ParameterRow) -> Option<u32>, mod
 
 impl ProgramView {
     fn new(target: Target, rows: &[&ParameterRow], earlier: ErrorStatus) -> Self {
-        let earlier = (!earlier.is_empty()).then(|| StatusView::new(earlier, false, target.model));
+        let earlier = (!earlier.is_empty())
+            .then(|| StatusView::of(Check { status: earlier, remains: false }, target.model));
         Self {
             target: TargetView::new(target),
             result: "verified",
+            checked: false,
             parameters: rows.iter().map(|row| RowView::new(row, target.model)).collect(),
             earlier,
             status: None,
@@ -83,21 +92,26 @@ impl ProgramView {
             before: None,
             after: None,
             backup: None,
+            warnings: Vec::new(),
             text: Vec::new(),
             answer: Answer::Yes,
         }
     }
 
     /// What would be written.
-    pub(super) fn planned(target: Target, prepared: &Prepared<MasterError>) -> Self {
+    pub(super) fn planned(target: Target, prepared: &Prepared<MasterError>, backup: Option<String>) -> Self {
         let rows: Vec<_> = prepared.rows().collect();
         let mut view = Self::new(target, &rows, prepared.earlier());
         view.result = "planned";
         view.before = shown(prepared.shown(), code(&rows, |row| row.before, target.model));
+        view.backup = backup;
         match prepared.stopped() {
-            Some(stopped) => view.stopped(stopped, target.model, None),
-            None => view.text.push("nothing was written: --dry-run".to_owned()),
+            Some(stopped) => view.stopped(stopped, target, None),
+            None if prepared.is_programmed() => view.text.push("everything is programmed already".to_owned()),
+            None => {}
         }
+        view.text.push("nothing was written: --dry-run".to_owned());
+        view.pending(prepared.shown());
         view
     }
 
@@ -115,52 +129,61 @@ impl ProgramView {
         view.after = shown(report.shown_after, code(&rows, |row| row.now, model));
         view.backup = backup;
         if let Err(stopped) = &report.result {
-            view.stopped(stopped, model, behind);
+            view.stopped(stopped, target, behind);
         }
-        let (result, text) = match report.back {
-            Back::NotNeeded => ("verified", "done and verified: written, checked, read back"),
-            Back::NothingWritten => ("not_begun", "nothing was written: the encoder holds what it held"),
-            Back::Restored => (
-                "taken_back",
-                "the old values were written back, checked and read back: the encoder holds what it held",
-            ),
-            Back::Failed => (
-                "incomplete",
-                "the old values could not be written back completely. The column now says what the encoder holds, \
-                 ? is not known;\nwith which of these values the position is computed is not known. Repeat the \
-                 command, or write the backup back.",
-            ),
-        };
+        view.checked = report.checked;
+        let (result, text) = ended(report, model);
         view.result = result;
         view.text.push(text.to_owned());
+        view.pending(report.shown_after);
         view
     }
 
-    fn stopped(&mut self, stopped: &Stopped<MasterError>, model: Model, behind: Option<&BusError>) {
+    /// With what there is to know of a range.
+    pub(super) fn warned(mut self, warnings: &[Note]) -> Self {
+        self.warnings =
+            warnings.iter().map(|warning| format!("{}: {}", warning.topic, warning.text)).collect();
+        self
+    }
+
+    /// An error that is pending at the end is no success, whatever was done.
+    fn pending(&mut self, shown: Option<InWord>) {
+        if shown.is_some_and(InWord::error_bit) {
+            if self.answer == Answer::Yes {
+                self.answer = Answer::No;
+            }
+            self.text.push("an error is pending: `encoring check` tells which".to_owned());
+        }
+    }
+
+    fn stopped(&mut self, stopped: &Stopped<MasterError>, target: Target, behind: Option<&BusError>) {
         self.answer = Answer::No;
         match *stopped {
             Stopped::Service(ref failed) => {
-                let failure = FailureView::new(failed, model, behind);
+                let failure = FailureView::new(failed, target, behind);
                 self.answer = failure.answer();
                 self.failure = Some(failure);
             }
             Stopped::WouldBeRefused(status) => {
-                self.status = Some(StatusView::new(status, true, model));
+                self.status = Some(StatusView::of(Check { status, remains: true }, target.model));
                 self.text.push("the data check would refuse these values together:".to_owned());
             }
             Stopped::NotAccepted(check) => {
-                self.status = Some(StatusView::of(check, model));
+                self.status = Some(StatusView::of(check, target.model));
                 self.text.push("the data check refused these values:".to_owned());
             }
             Stopped::NotStored { parameter, wanted, read } => self.text.push(format!(
                 "{} was acknowledged as {wanted} and reads back as {read}",
                 parameter.key()
             )),
-            Stopped::Unreadable { parameter } => self.text.push(format!(
-                "{} cannot be read for certain: an error is pending that remains, and a 0 may also be a record that \
-                 cannot be read",
-                parameter.key()
-            )),
+            Stopped::Unreadable { parameter } => {
+                self.answer = Answer::Unknown;
+                self.text.push(format!(
+                    "{} cannot be read for certain: an error is pending, and a 0 may also be a record that cannot be \
+                     read",
+                    parameter.key()
+                ));
+            }
             Stopped::Position { shown: InWord(word), length } => self.text.push(format!(
                 "the values are accepted, but IN shows {word:08X}: no position from 0 to {length} without an error"
             )),
@@ -169,6 +192,33 @@ impl ProgramView {
 
     pub(super) const fn answer(&self) -> Answer {
         self.answer
+    }
+}
+
+/// The result in a word and in a sentence.
+fn ended(report: &Report<MasterError>, model: Model) -> (&'static str, &'static str) {
+    match report.back {
+        Back::NotNeeded if report.checked => ("verified", "done and verified: written, checked, read back"),
+        // A written value is in use at once [C7].
+        Back::NotNeeded if model.effect() == Effect::AtOnce => {
+            ("already_programmed", "already programmed, and in use")
+        }
+        Back::NotNeeded => (
+            "already_programmed",
+            "already programmed; whether the position is computed with it cannot be read. `encoring check`, or \
+             --check, makes it count",
+        ),
+        Back::NothingWritten => ("not_begun", "nothing was written: the encoder holds what it held"),
+        Back::Restored => (
+            "taken_back",
+            "the old values were written back, checked and read back: the encoder holds what it held",
+        ),
+        Back::Failed => (
+            "incomplete",
+            "the old values could not be written back completely. The column now says what the encoder holds, \
+             ? is not known;\nwith which of these values the position is computed is not known. Repeat the \
+             command, or write the backup back.",
+        ),
     }
 }
 
@@ -212,6 +262,7 @@ impl fmt::Display for ProgramView {
         } else {
             self.text.iter().try_for_each(|line| writeln!(f, "{line}"))?;
         }
+        self.warnings.iter().try_for_each(|warning| writeln!(f, "{warning}"))?;
         if let Some(backup) = &self.backup {
             writeln!(f, "the old values are in {backup}")?;
         }

@@ -2,6 +2,7 @@
 
 use encoring_bus::watch::{HandshakePhase, Poll, Sight};
 use encoring_bus::{Blind, Judge, Link, Verdict};
+use encoring_host::service::Check;
 use encoring_host::validity::Stop;
 use encoring_station::view::Lamps;
 use encoring_words::word::{In, ServiceNumber};
@@ -42,7 +43,9 @@ impl Seen {
     /// `lamps` are those of a simulated encoder.
     pub(crate) fn new(sight: &Sight, judge: &Judge, lamps: Option<Lamps>) -> Self {
         let status = match sight.verdict {
-            Verdict::Faulty(Some(status)) => Some(StatusView::new(status, true, judge.model())),
+            Verdict::Faulty(Some(status)) => {
+                Some(StatusView::of(Check { status, remains: true }, judge.model()))
+            }
             _ => None,
         };
         Self {
