@@ -84,20 +84,20 @@ pub(crate) fn value(text: &str) -> Result<u32, String> {
         .ok_or_else(|| "not a number from 0 to 16777215; hexadecimal as 0x270F or 270Fh".to_owned())
 }
 
-/// A length in millimetres with at most three decimals, as micrometres.
+/// A length in millimetres with at most two decimals [D40], as micrometres.
 pub(crate) fn millimetres(text: &str) -> Result<u32, String> {
     if text.contains(',') {
         return Err(format!("write the decimals behind a point: {}", text.replace(',', ".")));
     }
     micrometres(text).ok_or_else(|| {
-        "not a length in millimetres from 0.01 to 167772.15, with at most three decimals".to_owned()
+        "not a length in millimetres from 0.01 to 167772.15, with at most two decimals".to_owned()
     })
 }
 
 fn micrometres(text: &str) -> Option<u32> {
     let (whole, decimals) = text.split_once('.').unwrap_or((text, "0"));
     let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-    if !digits(whole) || !digits(decimals) || decimals.len() > 3 {
+    if !digits(whole) || !digits(decimals) || decimals.len() > 2 {
         return None;
     }
     format!("{whole}{decimals:0<3}").parse().ok()
@@ -144,10 +144,17 @@ mod tests {
 
     #[test]
     fn a_length_is_read_exactly_or_refused() {
-        for (text, um) in [("500", 500_000), ("0.01", 10), ("1.5", 1_500), ("7.125", 7_125), ("0", 0)] {
+        for (text, um) in [
+            ("500", 500_000),
+            ("0.01", 10),
+            ("1.5", 1_500),
+            ("7.12", 7_120),
+            ("167772.15", 167_772_150),
+            ("0", 0),
+        ] {
             assert_eq!(millimetres(text), Ok(um), "{text}");
         }
-        for wrong in ["", ".", "5.", ".5", "1e3", "-1", "+1", "1.0005", "5000000000", "five"] {
+        for wrong in ["", ".", "5.", ".5", "1e3", "-1", "+1", "1.005", "5000000000", "five"] {
             assert!(millimetres(wrong).unwrap_err().starts_with("not a length"), "{wrong}");
         }
         assert_eq!(millimetres("0,5").unwrap_err(), "write the decimals behind a point: 0.5");

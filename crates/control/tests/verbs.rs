@@ -34,6 +34,16 @@ fn the_ring_notes_an_overvoltage() {
 }
 
 #[test]
+fn the_ring_notes_an_overvoltage_on_a_preset_input() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"set","position":1,"set":{"preset2_v":30.001}}"#);
+    ring.until(|view| device(view, 1)["preset_overvoltage"] == true);
+    ring.done(r#"{"verb":"set","position":1,"set":{"preset2_v":30}}"#);
+    let view = ring.until(|view| device(view, 1)["preset_overvoltage"] == false);
+    assert_eq!(device(&view, 1)["overvoltage"], false, "the supply is another matter");
+}
+
+#[test]
 fn a_preset_input_sets_the_position() {
     let ring = Ring::start();
     ring.done(r#"{"verb":"set","position":1,"set":{"raw":123456,"preset1_v":0.0}}"#);

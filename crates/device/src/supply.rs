@@ -1,6 +1,7 @@
 //! The supply of a device, and what else surrounds it.
 
-use encoring_encoder::Terminals;
+use encoring_encoder::{Terminals, preset_input};
+use encoring_words::Model;
 
 /// Below this many millivolts the device is off: 11 V less 5 % ripple [R121].
 pub const OFF_BELOW_MV: u32 = 10_450;
@@ -22,6 +23,14 @@ impl Surroundings {
     #[must_use]
     pub const fn is_supplied(&self) -> bool {
         self.supply_mv >= OFF_BELOW_MV
+    }
+
+    /// Whether a preset input of this model gets more than [`preset_input::OVERVOLTAGE_ABOVE_MV`]; it reads 1 all the
+    /// same.
+    #[must_use]
+    pub fn preset_overvoltage(&self, model: Model) -> bool {
+        let inputs = self.terminals.preset_mv.iter().take(model.preset_inputs());
+        inputs.into_iter().any(|millivolts| *millivolts > preset_input::OVERVOLTAGE_ABOVE_MV)
     }
 }
 

@@ -8,6 +8,9 @@ pub const HIGH_ABOVE_MV: u32 = 11_000;
 /// Below this many millivolts the input is 0 [R71].
 pub const LOW_BELOW_MV: u32 = 8_000;
 
+/// Above this many millivolts the input gets more than it is made for; it still reads 1 [R71].
+pub const OVERVOLTAGE_ABOVE_MV: u32 = 30_000;
+
 /// How long the input must be energised [R69].
 pub const ENERGISED_FOR: Duration = Duration::from_secs(1);
 

@@ -54,6 +54,29 @@ fn overvoltage_is_noted_above_28_35_v_and_harms_nothing() {
 }
 
 #[test]
+fn a_preset_input_above_30_v_is_noted_and_still_reads_1() {
+    // At most 30 V [R71].
+    for (position, inputs) in [(0, 1), (1, 2)] {
+        for input in 1..=inputs {
+            for (volts, over) in [(0.0, false), (24.0, false), (30.0, false), (30.001, true), (60.0, true)] {
+                let event = set(20.0, position, &format!("preset{input}_v = {volts}"));
+                let mut ring = Ring::new(&format!("{}{event}", three([1_000, 2_000, 3_000])));
+                ring.run_to_ms(1_100.0);
+                let noted = |position: usize| {
+                    let place = &ring.world.places()[position];
+                    place.around().preset_overvoltage(place.node().unit().model())
+                };
+                assert_eq!(noted(position), over, "preset {input} of {position} at {volts} V");
+                assert!(!noted(1 - position) && !noted(2));
+                // After its second the factory's preset value 0 is shown.
+                let raw = if position == 0 { 100 } else { 2_000 };
+                assert_eq!(ring.position(position), if volts < 11.0 { raw } else { 0 }, "{volts} V");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_dip_shorter_than_a_cycle_switches_the_encoder_off_and_spoils_the_cycle() {
     let dip = [set(20.35, 1, "supply_v = 9.0"), set(20.36, 1, "supply_v = 24.0")].concat();
     let mut ring = Ring::new(&format!("{}{dip}", three([1_000, 2_000, 3_000])));

@@ -69,6 +69,8 @@ pub struct DeviceView {
     pub supply_mv: u32,
     /// The supply is above its limit.
     pub overvoltage: bool,
+    /// A preset input gets more than its limit.
+    pub preset_overvoltage: bool,
     /// Voltages on the preset inputs it has.
     pub preset_mv: Vec<u32>,
     /// Shaft in sensor steps, or magnet in micrometres.
@@ -202,6 +204,7 @@ impl DeviceView {
             on: place.is_supplied(),
             supply_mv: around.supply_mv,
             overvoltage: node.device().overvoltage(),
+            preset_overvoltage: around.preset_overvoltage(unit.model()),
             preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
             raw: place.raw(now),
             out,

@@ -11,7 +11,7 @@ use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
-use encoring_words::model::{Sensor, SensorKind};
+use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
 use encoring_words::{Duration, Instant, Model};
 use serde::Deserialize;
 
@@ -52,7 +52,7 @@ pub(super) struct RingTable {
 pub(super) struct DeviceTable {
     position: i64,
     model: String,
-    rod_mm: Option<i64>,
+    rod_mm: Option<f64>,
     native: Option<i64>,
     firmware: Option<String>,
     service_times: Option<ServiceTimesTable>,
@@ -293,13 +293,13 @@ impl DeviceTable {
             .parse()
             .map_err(|unknown| Wrong::at("model", format!("model \"{}\"; {unknown}", self.model)))?;
         let native = self.native.map(|native| within("native", native, 1, 65_536)).transpose()?;
-        let rod_mm = self.rod_mm.map(|rod_mm| within("rod_mm", rod_mm, 1, 167_772)).transpose()?;
+        let rod_um = self.rod_mm.map(rod_um).transpose()?;
         let key = match model.sensor_kind() {
-            SensorKind::Rotary if rod_mm.is_none() => "native",
+            SensorKind::Rotary if rod_um.is_none() => "native",
             SensorKind::Linear if native.is_some() => "native",
             _ => "rod_mm",
         };
-        let sensor = model.sensor(native.map(|steps| steps as u32), rod_mm.map(|mm| mm as u32 * 1000));
+        let sensor = model.sensor(native.map(|steps| steps as u32), rod_um);
         let unit = sensor.and_then(|sensor| Unit::new(model, sensor));
         unit.map_err(|wrong| Wrong::at(key, wrong.to_string()))
     }
@@ -506,6 +506,17 @@ fn limits<T: Copy + PartialOrd + Display>(name: &str, value: T, low: T, high: T)
     } else {
         Err(format!("{name} {value}; the limits are {low} and {high}"))
     }
+}
+
+/// The length of a rod in micrometres [D40].
+fn rod_um(rod_mm: f64) -> Result<u32, Wrong> {
+    let limit = |um: u32| f64::from(um) / 1_000.0;
+    let rod_mm = within("rod_mm", rod_mm, limit(ROD_UM_MIN), limit(ROD_UM_MAX))?;
+    let hundredths = (rod_mm * 100.0).round();
+    if (hundredths / 100.0).total_cmp(&rod_mm).is_ne() {
+        return Err(Wrong::at("rod_mm", format!("rod_mm {rod_mm}; a rod is told to 0.01 mm, two decimals")));
+    }
+    Ok(hundredths as u32 * 10)
 }
 
 fn place(name: &str, raw: i64) -> Result<i64, Wrong> {

@@ -1,6 +1,6 @@
 use super::*;
 use encoring_encoder::ServiceTimes;
-use encoring_encoder::ZeroLoss;
+use encoring_encoder::{StaleService, ZeroLoss};
 use encoring_ring::profile::BIT_2M;
 use encoring_words::Model;
 use encoring_words::model::Sensor;
@@ -39,6 +39,7 @@ native = 8192
 firmware = "40/1997"
 service_times = { read_ms = 0.5, data_check_ms = 3 }
 zero_loss = "worst"
+stale_service = "executed"
 motion = { kind = "speed", start = 7, rpm = 60 }
 [[device]]
 position = 0
@@ -69,6 +70,8 @@ for_s = 0.5
     assert_eq!(shaft.unit.service_times.write, Duration::from_millis(10));
     assert_eq!(shaft.unit.service_times.data_check, Duration::from_millis(3));
     assert_eq!(shaft.unit.zero_loss, ZeroLoss::WorstAllowed);
+    assert_eq!(shaft.unit.stale_service, StaleService::Executed);
+    assert_eq!(rod.unit.stale_service, StaleService::Ignored);
     assert_eq!(shaft.motion, Motion::Speed { start: 7, micro_per_s: 8_192_000_000 });
     assert_eq!(
         scenario.events,
@@ -136,6 +139,29 @@ fn a_fault_of_a_line_is_a_name_a_table_or_its_text_form() {
 }
 
 #[test]
+fn a_rod_is_read_to_a_hundredth_of_a_millimetre() {
+    let rod = |rod_mm: &str| {
+        let text = format!("version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nrod_mm = {rod_mm}\n");
+        parse(&text).map(|scenario| scenario.devices[0].unit.sensor())
+    };
+    for (rod_mm, rod_um) in
+        [("500", 500_000), ("0.01", 10), ("1.1", 1_100), ("500.07", 500_070), ("167772.15", 167_772_150)]
+    {
+        assert_eq!(rod(rod_mm), Ok(Sensor::Linear { rod_um }), "{rod_mm}");
+    }
+    for (wrong, part) in [
+        ("0.009", "rod_mm 0.009; the limits are 0.01 and 167772.15"),
+        ("167772.16", "rod_mm 167772.16; the limits are 0.01 and 167772.15"),
+        ("nan", "rod_mm NaN; the limits are 0.01 and 167772.15"),
+        ("7.125", "line 5: device at position 0: rod_mm 7.125; a rod is told to 0.01 mm, two decimals"),
+        ("500.0700001", "rod_mm 500.0700001; a rod is told to 0.01 mm"),
+    ] {
+        let message = rod(wrong).unwrap_err();
+        assert!(message.contains(part), "{message:?} does not say {part:?}");
+    }
+}
+
+#[test]
 fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
     let wrong = |text: &str| parse(text).unwrap_err();
     let one = |more: &str| wrong(&format!("{ONE}{more}"));
@@ -151,6 +177,10 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
             "s.toml line 5: device at position 0: a ce-100-m has steps per turn, no rod length",
         ),
         (one("native = 8192\n"), "device at position 0: 8192 steps per turn; a ce-100-m has 4096"),
+        (
+            one("stale_service = \"worst\"\n"),
+            "line 5: device at position 0: stale_service \"worst\": a stale service bit is ignored or executed",
+        ),
         (one("firmware = \"41/97\"\n"), "firmware \"41/97\": a firmware week is written WW/YYYY"),
         (one("[[device]]\nposition = 0\nmodel = \"la-66\"\n"), "s.toml line 6: position 0 is taken twice"),
         (one("[[device]]\nposition = 2\nmodel = \"la-66\"\n"), "line 6: position 2; the limits are 0 and 1"),
@@ -160,7 +190,7 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
         ),
         (
             one("[[device]]\nposition = 1\nmodel = \"la-66\"\nrod_mm = 0\n"),
-            "line 8: device at position 1: rod_mm 0; the limits are 1 and 167772",
+            "line 8: device at position 1: rod_mm 0; the limits are 0.01 and 167772.15",
         ),
         (
             one("[[event]]\nat_s = -1\nposition = 0\nset = { raw = 1 }\n"),
