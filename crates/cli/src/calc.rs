@@ -4,7 +4,9 @@ mod text;
 mod view;
 
 use clap::{Args, Subcommand};
+use encoring_host::RequestError;
 use encoring_host::scaling::Native;
+use encoring_words::Service;
 use encoring_words::model::SensorKind;
 
 use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range};
@@ -68,11 +70,16 @@ fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
         if model.sensor_kind() == SensorKind::Linear {
             return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
         }
+        for service in [Service::MeasuringLength, Service::Numerator, Service::Denominator] {
+            if !service.known_to(model) {
+                return Err(bad_input(RequestError::Unknown { service, model }));
+            }
+        }
         if let Some(native) = native {
             built_with(model, native)?;
         }
     }
-    let native = if native == Some(8192) { Native::Q8192 } else { Native::Q4096 };
+    let native = native.and_then(Native::new).unwrap_or_default();
     Ok(CalcView::rotary(&rotary_range(&arguments.range, native, model)?))
 }
 

@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use encoring_host::request::Request;
 use encoring_host::scaling::{
     Choice, Deviation, Fraction, Linear, Native, Ratio, Rotary, Rounding, ZeroRisk,
 };
-use encoring_words::Model;
+use encoring_words::model::{Demand, Listed, MODELS, Series, Takes};
+use encoring_words::{Model, Parameter, Service};
 use serde::Serialize;
 
 use crate::output::ratio::{cut, show};
@@ -120,11 +122,21 @@ pub(crate) fn linear_notes(length_mm: Ratio, resolution_mm: Ratio, found: &Linea
 impl Asked {
     /// The models that it can be of.
     pub(crate) fn models(&self) -> Vec<Model> {
-        match (self.model, self.native) {
-            (Some(model), _) => vec![model],
-            (None, Native::Q8192) => vec![Model::Ce65M],
-            (None, Native::Q4096) => vec![Model::Ce100M, Model::Ce65M],
-        }
+        let asked = self.candidates().filter(|model| {
+            self.model.is_some() || model.steps_per_turn().contains(&self.native.steps_per_turn())
+        });
+        asked.collect()
+    }
+
+    /// The model asked for, or every one with the three services.
+    fn candidates(&self) -> impl Iterator<Item = Model> {
+        let asked = self.model;
+        let scaled = |model: &Model| {
+            [Service::MeasuringLength, Service::Numerator, Service::Denominator]
+                .into_iter()
+                .all(|service| service.known_to(*model))
+        };
+        MODELS.into_iter().filter(move |model| asked.map_or_else(|| scaled(model), |asked| asked == *model))
     }
 
     /// What a step really is.
@@ -163,11 +175,14 @@ impl Asked {
             ),
         });
         let bits = scaling.gray_wrap_bits();
-        if bits != 1 && self.models().contains(&Model::Ce65M) {
+        let models: Vec<Model> =
+            self.models().into_iter().filter(|model| model.position_may_be_gray()).collect();
+        if bits != 1 && !models.is_empty() {
+            let models = Series(&models, "or");
             notes.push(warning(
                 "gray",
                 format!(
-                    "if a ce-65-m is set to Gray code, {bits} bits change at once between {} and 0: what is read \
+                    "if a {models} is set to Gray code, {bits} bits change at once between {} and 0: what is read \
                      just then can be anything. Use binary, or a number of positions that is a power of two.",
                     scaling.measuring_length()
                 ),
@@ -182,6 +197,7 @@ impl Asked {
     fn turns_note(&self) -> Note {
         let chosen = &self.found.chosen;
         let (fraction, wanted) = (chosen.fraction, show(chosen.wanted));
+        let (most, finest) = (Fraction::MAX.numerator(), Fraction::MIN.denominator());
         let text = match chosen.choice {
             Choice::AsGiven if fraction.denominator() != 1 && chosen.wanted.is_whole() => format!(
                 "{fraction}, as given; for a whole number of turns the manual wants the denominator 1: --turns {wanted}"
@@ -192,12 +208,14 @@ impl Asked {
                 format!("{fraction}: {wanted} the manual's way, the denominator from the decimal place")
             }
             Choice::Reduced => {
-                format!("{fraction}: {wanted} in lowest terms, so that N is at most 65535 and D at most 99")
+                format!(
+                    "{fraction}: {wanted} in lowest terms, so that N is at most {most} and D at most {finest}"
+                )
             }
             Choice::Nearest => {
                 let side = if matches!(chosen.off, Deviation::Below(_)) { "short" } else { "long" };
                 format!(
-                    "{fraction}: the nearest with N up to 65535 and D up to 99; {wanted} turns cannot be \
+                    "{fraction}: the nearest with N up to {most} and D up to {finest}; {wanted} turns cannot be \
                      programmed. The range is too {side} by {} turns ({} ppm), that is {} steps; they add up with \
                      every pass if the machine keeps turning one way.",
                     magnitude(chosen.off),
@@ -269,9 +287,14 @@ impl Asked {
                 self.command(Ratio::from(length + 1), scaling.fraction),
             ),
         ));
-        let option = self.native == Native::Q4096 && self.model != Some(Model::Ce100M);
-        if option && scaling.too_large(Native::Q8192).is_none() {
-            notes.push(warning("or", "a ce-65-m with 8192 steps per turn takes it as it is: --native 8192"));
+        for model in self.candidates() {
+            let mut options = model.steps_per_turn().iter().copied().filter_map(Native::new);
+            let finer = options.find(|option| *option > self.native && scaling.too_large(*option).is_none());
+            if let Some(steps) = finer.map(Native::steps_per_turn) {
+                let text =
+                    format!("a {model} with {steps} steps per turn takes it as it is: --native {steps}");
+                notes.push(warning("or", text));
+            }
         }
     }
 
@@ -279,7 +302,10 @@ impl Asked {
     fn command(&self, positions: Ratio, fraction: Fraction) -> String {
         let Some(steps_per_turn) = positions.over(fraction.turns()) else { return String::new() };
         let steps_per_turn = steps_per_turn.rounded(9, Rounding::Nearest);
-        let native = if self.native == Native::Q8192 { " --native 8192" } else { "" };
+        let native = match self.native {
+            usual if usual == Native::default() => String::new(),
+            other => format!(" --native {}", other.steps_per_turn()),
+        };
         format!(
             "Its words: encoring calc rotary --steps-per-turn {steps_per_turn} --turns {fraction}{native}"
         )
@@ -295,14 +321,31 @@ impl Asked {
                  stored preset, rounded down."
             ),
         ));
-        if self.models().contains(&Model::Ce100M) {
-            notes.push(note(
-                "presets",
-                format!(
-                    "of a ce-100-m: preset value 1 or 2 (services 04, 05) above {largest} makes the data check \
-                     refuse everything with 2^8 or 2^9. Read them (84000000, 85000000) and lower them first."
-                ),
-            ));
-        }
+        notes.extend(self.models().into_iter().filter_map(|model| checked_presets(model, largest)));
     }
+}
+
+/// Presets that the data check compares with the measuring length [R70, R90].
+fn checked_presets(model: Model, largest: u32) -> Option<Note> {
+    let is_checked = |listed: &&Listed| {
+        matches!(listed.takes, Takes::Number { demand: Demand::UpToMeasuringLength(_), .. })
+    };
+    let checked = || model.services().iter().filter(is_checked);
+    let numbers: Vec<_> = checked().map(|listed| format!("{:02X}", listed.service.number())).collect();
+    let reads: Vec<_> = checked()
+        .filter_map(|listed| Request::read(model, Parameter::from_service(listed.service)?).ok())
+        .map(|request| request.word().to_string())
+        .collect();
+    let bits: Vec<_> = checked()
+        .flat_map(|listed| listed.takes.invalid_beside(u32::MAX, 0).explain())
+        .map(|row| format!("2^{}", row.bit))
+        .collect();
+    let text = format!(
+        "of a {model}: a preset value (services {}) above {largest} makes the data check refuse everything with {}. \
+         Read them ({}) and lower them first.",
+        numbers.join(", "),
+        Series(&bits, "or"),
+        reads.join(", "),
+    );
+    (!numbers.is_empty()).then(|| note("presets", text))
 }

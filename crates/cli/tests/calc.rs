@@ -351,12 +351,12 @@ fn positions_after<const SHAFTS: usize>(
 
 #[test]
 fn an_encoder_takes_the_words_and_counts_as_calculated() {
-    let found = rotary("1000".parse().unwrap(), "10".parse().unwrap(), Native::Q4096).unwrap();
+    let found = rotary("1000".parse().unwrap(), "10".parse().unwrap(), Native::default()).unwrap();
     let shafts = [0, 4, 5, 4095, 4096, 40_959, 40_960, -1];
     let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
     assert_eq!(shown, [0, 0, 1, 999, 1000, 9999, 0, 9999]);
 
-    let found = rotary("4096".parse().unwrap(), "3.5".parse().unwrap(), Native::Q4096).unwrap();
+    let found = rotary("4096".parse().unwrap(), "3.5".parse().unwrap(), Native::default()).unwrap();
     let shafts = [0, 4096, 14_335, 14_336];
     let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
     assert_eq!(shown, [0, 4096, 14_335, 0]);

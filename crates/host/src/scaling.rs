@@ -6,9 +6,9 @@
 //! use encoring_host::scaling::{Native, Ratio, rotary};
 //!
 //! let steps_per_turn: Ratio = "1000".parse()?;
-//! let found = rotary(steps_per_turn, "3.5".parse()?, Native::Q4096)?;
+//! let found = rotary(steps_per_turn, "3.5".parse()?, Native::default())?;
 //! assert_eq!((found.scaling.measuring_length(), found.scaling.fraction.to_string().as_str()), (3499, "35/10"));
-//! assert_eq!(found.scaling.too_large(Native::Q4096), None);
+//! assert_eq!(found.scaling.too_large(Native::default()), None);
 //! let words = found.scaling.sequence().map(|step| step.out.to_string());
 //! assert_eq!(words.take(3).collect::<Vec<_>>(), ["42000DAB", "C2000DAB", "42000DAB"]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())

@@ -4,8 +4,8 @@ use std::str::FromStr;
 
 use clap::{Args, Subcommand};
 use encoring_host::scaling::{
-    LengthOutside, Linear, Native, NumberError, Ratio, ResolutionOutside, RotaryError, Rounding, Turns,
-    TurnsOutside, linear, rotary,
+    Fraction, LengthOutside, Linear, LinearScaling, Native, NumberError, Ratio, ResolutionOutside,
+    RotaryError, RotaryScaling, Rounding, Turns, TurnsOutside, linear, rotary,
 };
 use encoring_words::model::SensorKind;
 use encoring_words::{Model, Parameter};
@@ -68,7 +68,8 @@ fn number(text: &str) -> Result<Ratio, String> {
 
 /// A number of turns.
 fn turns(text: &str) -> Result<Turns, String> {
-    parse(text, "like 3.5 or 7/2, from 1/99 to 65535")
+    let (least, most) = (Fraction::MIN, Fraction::MAX.numerator());
+    parse(text, &format!("like 3.5 or 7/2, from {least} to {most}"))
 }
 
 fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, String> {
@@ -128,7 +129,7 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
             return Err(bad_input(format!("linear: a {model} is a shaft, no rod; its range is `rotary`")));
         }
         Range::Rotary(range) => {
-            let native = if steps_per_turn == Some(8192) { Native::Q8192 } else { Native::Q4096 };
+            let native = steps_per_turn.and_then(Native::new).unwrap_or_default();
             let asked = rotary_range(range, native, Some(model))?;
             let scaling = asked.found.scaling;
             let values = vec![
@@ -153,7 +154,8 @@ fn turns_outside(given: Turns, outside: TurnsOutside) -> String {
         fraction => fraction.to_string(),
     };
     let given = show(given.value());
-    format!("{given} turns are outside 1/99..65535; nearest that works: --turns {nearest}")
+    let (least, most) = (Fraction::MIN, Fraction::MAX.numerator());
+    format!("{given} turns are outside {least}..{most}; nearest that works: --turns {nearest}")
 }
 
 fn length_outside(
@@ -162,6 +164,7 @@ fn length_outside(
     mm_per_turn: Option<Ratio>,
     outside: LengthOutside,
 ) -> String {
+    let (low, high) = RotaryScaling::LENGTH;
     let more = outside.nearest > steps_per_turn;
     let (inside, outwards) =
         if more { (Rounding::Up, Rounding::Down) } else { (Rounding::Down, Rounding::Up) };
@@ -176,19 +179,22 @@ fn length_outside(
         nearest.push_str(&format!(", or --turns {}", turns.numerator()));
     }
     format!(
-        "{} steps per turn over {} turns are {} positions; allowed are 17..16777216 \
-         (measuring length 10h..FFFFFFh); nearest that works: {nearest}",
+        "{} steps per turn over {} turns are {} positions; allowed are {}..{} \
+         (measuring length {low:X}h..{high:X}h); nearest that works: {nearest}",
         show(steps_per_turn),
         show(turns.value()),
         show(outside.positions),
+        low + 1,
+        high + 1,
     )
 }
 
 pub(crate) fn linear_range(arguments: &LinearArguments) -> Result<Linear, Failure> {
     let (length, resolution) = (arguments.length_mm, arguments.resolution_mm);
+    let (low, high) = LinearScaling::LENGTH;
     linear(length, resolution).map_err(|ResolutionOutside { steps, nearest }| {
         bad_input(format!(
-            "{} mm in steps of {} mm are {} steps; allowed are 1..16777215 (FFFFFFh); nearest that works: \
+            "{} mm in steps of {} mm are {} steps; allowed are {low}..{high} ({high:X}h); nearest that works: \
              --resolution-mm {}",
             show(length),
             show(resolution),

@@ -3,6 +3,7 @@
 use encoring_host::scaling::{
     Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, Ratio, Rounding, ZeroRisk,
 };
+use encoring_words::model::{MODELS, SensorKind};
 use encoring_words::{Model, Service};
 use serde::Serialize;
 
@@ -167,7 +168,11 @@ impl CalcView {
         let largest = found.scaling.measuring_length();
         Self {
             encoder: "linear",
-            models: vec![Model::La66.name()],
+            models: MODELS
+                .into_iter()
+                .filter(|model| model.sensor_kind() == SensorKind::Linear)
+                .map(Model::name)
+                .collect(),
             native: None,
             usable: true,
             measuring_length: ValueView::length(largest),
@@ -194,7 +199,7 @@ impl CalcView {
         let fraction = scaling.fraction;
         let too_large = scaling.too_large(native);
         let models = asked.models();
-        let gray = models.contains(&Model::Ce65M);
+        let gray = models.iter().any(|model| model.position_may_be_gray());
         let zero = match scaling.zero_risk() {
             ZeroRisk::Safe => ZeroView { safe: true, shift_turns: 0.0, shift_steps: 0.0 },
             ZeroRisk::Shift { turns, steps } => {

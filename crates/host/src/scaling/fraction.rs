@@ -3,22 +3,16 @@
 use core::fmt;
 use core::str::FromStr;
 
-use encoring_words::Model;
+use encoring_words::model::SensorKind;
 use encoring_words::parameter::{OutOfRange, Parameter, within};
 
 use super::ratio::{self, Deviation, NumberError, Ratio};
 
-/// The largest denominator [R58].
-const DENOMINATOR_MAX: u8 = match Parameter::Denominator.range(Model::Ce100M) {
-    Some((_, high)) => high as u8,
-    None => 1,
-};
+/// The largest denominator that every rotary model takes [R58].
+const DENOMINATOR_MAX: u8 = Parameter::Denominator.range_of_all(SensorKind::Rotary).1 as u8;
 
-/// The largest numerator [R57].
-const NUMERATOR_MAX: u16 = match Parameter::Numerator.range(Model::Ce100M) {
-    Some((_, high)) => high as u16,
-    None => 1,
-};
+/// The largest numerator that every rotary model takes [R57].
+const NUMERATOR_MAX: u16 = Parameter::Numerator.range_of_all(SensorKind::Rotary).1 as u16;
 
 /// Revolutions numerator and denominator, each within its range [R57, R58].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -220,7 +214,7 @@ impl Turns {
     /// is needed, and the nearest where none is exact.
     ///
     /// # Errors
-    /// [`TurnsOutside`] below 1/99 and above 65535.
+    /// [`TurnsOutside`] below [`Fraction::MIN`] and above [`Fraction::MAX`].
     pub fn choose(self) -> Result<Chosen, TurnsOutside> {
         let turns = self.value;
         for (beyond, nearest) in

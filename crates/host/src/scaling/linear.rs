@@ -1,28 +1,28 @@
-//! The LA-66: service 02 alone.
+//! A rod, as the LA-66's: service 02 alone.
 
+use encoring_words::model::SensorKind;
 use encoring_words::parameter::{OutOfRange, Parameter, within};
-use encoring_words::{Access, Model, Service};
+use encoring_words::{Access, Service};
 
 use super::ratio::{Deviation, Ratio};
 use super::sequence::{HandshakeWord, data_check, handshake};
 
-/// The largest measuring length, FFFFFFh, and the smallest, 1.
-const LENGTH: (u32, u32) = match Parameter::MeasuringLength.range(Model::La66) {
-    Some(range) => range,
-    None => (1, 1),
-};
+const LENGTH: (u32, u32) = LinearScaling::LENGTH;
 
-/// A measuring length within the LA-66's range.
+/// A measuring length within the range of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LinearScaling {
     measuring_length: u32,
 }
 
 impl LinearScaling {
+    /// The smallest measuring length, 1, and the largest, FFFFFFh, that every model with a rod takes.
+    pub const LENGTH: (u32, u32) = Parameter::MeasuringLength.range_of_all(SensorKind::Linear);
+
     /// From the data of service 02.
     ///
     /// # Errors
-    /// [`OutOfRange`] outside 1..FFFFFFh.
+    /// [`OutOfRange`] outside [`LinearScaling::LENGTH`].
     pub const fn new(measuring_length: u32) -> Result<Self, OutOfRange> {
         match within(measuring_length, LENGTH.0, LENGTH.1) {
             Ok(measuring_length) => Ok(Self { measuring_length }),
@@ -58,7 +58,7 @@ pub struct Linear {
 
 /// A resolution with which the rod would have too few or too many steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the rod would have fewer than 1 or more than FFFFFFh (16777215) steps")]
+#[error("the rod would have fewer than {low} or more than {high:X}h ({high}) steps", low = LENGTH.0, high = LENGTH.1)]
 pub struct ResolutionOutside {
     /// Length divided by resolution.
     pub steps: Ratio,

@@ -1,37 +1,37 @@
-//! The CE-100-M and the CE-65-M: services 02, 03 and 09.
+//! A shaft, as that of the CE-100-M and the CE-65-M: services 02, 03 and 09.
 
-use encoring_words::model::SENSOR_TURNS;
+use encoring_words::model::{MODELS, SENSOR_TURNS, SensorKind};
 use encoring_words::parameter::{OutOfRange, Parameter, within};
-use encoring_words::{Access, Model, Service, gray};
+use encoring_words::{Access, Service, gray};
 
 use super::fraction::{Chosen, Fraction, Turns, TurnsOutside};
 use super::ratio::{Deviation, Ratio};
 use super::sequence::{HandshakeWord, data_check, handshake};
 
-/// The smallest and the largest measuring length, 10h and FFFFFFh [R54].
-const LENGTH: (u32, u32) = match Parameter::MeasuringLength.range(Model::Ce100M) {
-    Some(range) => range,
-    None => (1, 1),
-};
+const LENGTH: (u32, u32) = RotaryScaling::LENGTH;
 
-/// Steps per turn of the sensor, as on the rating plate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Native {
-    /// 4096.
-    #[default]
-    Q4096,
-    /// 8192, an option of the CE-65-M [R100].
-    Q8192,
-}
+/// Steps per turn of the sensor, as on the rating plate of some model; by default 4096 [R99, R100].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Native(u32);
 
 impl Native {
+    /// The number, if any model is built with it.
+    #[must_use]
+    pub fn new(steps_per_turn: u32) -> Option<Self> {
+        let built = MODELS.iter().any(|model| model.steps_per_turn().contains(&steps_per_turn));
+        built.then_some(Self(steps_per_turn))
+    }
+
     /// The number.
     #[must_use]
     pub const fn steps_per_turn(self) -> u32 {
-        match self {
-            Self::Q4096 => 4096,
-            Self::Q8192 => 8192,
-        }
+        self.0
+    }
+}
+
+impl Default for Native {
+    fn default() -> Self {
+        Self(4096)
     }
 }
 
@@ -68,10 +68,13 @@ pub enum ZeroRisk {
 }
 
 impl RotaryScaling {
+    /// The smallest and the largest measuring length, 10h and FFFFFFh, that every rotary model takes [R54].
+    pub const LENGTH: (u32, u32) = Parameter::MeasuringLength.range_of_all(SensorKind::Rotary);
+
     /// From the data of services 02, 03 and 09.
     ///
     /// # Errors
-    /// [`OutOfRange`] for a measuring length outside 10h..FFFFFFh.
+    /// [`OutOfRange`] for a measuring length outside [`RotaryScaling::LENGTH`].
     pub const fn new(measuring_length: u32, fraction: Fraction) -> Result<Self, OutOfRange> {
         match within(measuring_length, LENGTH.0, LENGTH.1) {
             Ok(measuring_length) => Ok(Self { measuring_length, fraction }),
@@ -106,8 +109,8 @@ impl RotaryScaling {
         }
         Some(TooLarge {
             smallest_fraction: self.smallest_fraction(native),
-            // Below the refused one, and 40 or more: 4096/99 positions and more.
-            largest_measuring_length: (native * n / d - 1) as u32,
+            // Below the refused one; with 4096 steps per turn 40 or more, of 4096/99 positions.
+            largest_measuring_length: (native * n / d).saturating_sub(1) as u32,
         })
     }
 
@@ -246,13 +249,13 @@ mod tests {
     use crate::scaling::{Choice, Expected, HandshakeStep};
     use encoring_words::model::Sensor;
     use encoring_words::word::{In, Out, ServiceNumber};
-    use encoring_words::{ErrorStatus, OutWord, ParameterSet};
+    use encoring_words::{ErrorStatus, Model, OutWord, ParameterSet};
     use proptest::prelude::*;
     use std::string::ToString;
     use std::vec::Vec;
 
     fn calculated(steps_per_turn: &str, turns: &str) -> Rotary {
-        rotary(steps_per_turn.parse().unwrap(), turns.parse().unwrap(), Native::Q4096).unwrap()
+        rotary(steps_per_turn.parse().unwrap(), turns.parse().unwrap(), Native::default()).unwrap()
     }
 
     fn scaling(s: u32, n: u32, d: u32) -> RotaryScaling {
@@ -315,29 +318,29 @@ mod tests {
         // 4096 * 8/3 = 10922.67: rounded up it would be more than the rating plate allows.
         let found = calculated("4096", "8/3");
         assert_eq!(found.scaling, scaling(10_921, 8, 3));
-        assert_eq!(found.scaling.too_large(Native::Q4096), None);
+        assert_eq!(found.scaling.too_large(Native::default()), None);
     }
 
     #[test]
     fn more_steps_than_the_rating_plate_are_told_with_the_smallest_legal_fraction() {
         for legal in [(0xFFF, 1, 1), (0x37FF, 35, 10), (0xFF_FFFF, 0x1000, 1)] {
-            assert_eq!(scaling(legal.0, legal.1, legal.2).too_large(Native::Q4096), None, "{legal:?}");
+            assert_eq!(scaling(legal.0, legal.1, legal.2).too_large(Native::default()), None, "{legal:?}");
         }
         for (illegal, fraction, length) in [
             ((0x1000, 1, 1), "100/99", 0xFFF),
             ((0x3800, 35, 10), "347/99", 0x37FF),
             ((0xFF_FFFF, 0xFFF, 1), "4096/1", 0xFF_EFFF),
         ] {
-            let too_large = scaling(illegal.0, illegal.1, illegal.2).too_large(Native::Q4096).unwrap();
+            let too_large = scaling(illegal.0, illegal.1, illegal.2).too_large(Native::default()).unwrap();
             assert_eq!(too_large.smallest_fraction.to_string(), fraction, "{illegal:?}");
             assert_eq!(too_large.largest_measuring_length, length, "{illegal:?}");
         }
-        assert_eq!(scaling(0xFF_FFFF, 0x800, 1).too_large(Native::Q8192), None);
-        let too_large = scaling(0xFF_FFFF, 0x7FF, 1).too_large(Native::Q8192).unwrap();
+        assert_eq!(scaling(0xFF_FFFF, 0x800, 1).too_large(Native::new(8192).unwrap()), None);
+        let too_large = scaling(0xFF_FFFF, 0x7FF, 1).too_large(Native::new(8192).unwrap()).unwrap();
         assert_eq!(too_large.smallest_fraction.to_string(), "2048/1");
-        let asked = rotary("4097".parse().unwrap(), "1".parse().unwrap(), Native::Q4096).unwrap();
+        let asked = rotary("4097".parse().unwrap(), "1".parse().unwrap(), Native::default()).unwrap();
         assert_eq!(asked.scaling.measuring_length(), 0x1000);
-        assert!(asked.scaling.too_large(Native::Q4096).is_some());
+        assert!(asked.scaling.too_large(Native::default()).is_some());
     }
 
     #[test]
@@ -368,7 +371,7 @@ mod tests {
         let refused = |steps: &str, turns: &str| match rotary(
             steps.parse().unwrap(),
             turns.parse().unwrap(),
-            Native::Q8192,
+            Native::new(8192).unwrap(),
         ) {
             Err(RotaryError::Length(refused)) => {
                 let turns = refused.nearest_turns.map(|turns| turns.to_string()).unwrap_or_default();
@@ -400,7 +403,7 @@ mod tests {
     }
 
     fn any_native() -> impl Strategy<Value = Native> {
-        prop_oneof![Just(Native::Q4096), Just(Native::Q8192)]
+        prop_oneof![Just(Native::default()), Just(Native::new(8192).unwrap())]
     }
 
     fn any_scaling() -> impl Strategy<Value = RotaryScaling> {
