@@ -10,7 +10,7 @@ use std::time::{Duration as Real, Instant as Clock};
 
 use encoring_bus::{Bus, EncoderMaster};
 use encoring_host::service::read;
-use encoring_modbus::{Address, Client, Counters};
+use encoring_modbus::{Address, Client, ServerCounts};
 use encoring_sim::{Scenario, World};
 use encoring_station::{Options, Simulated, Speed, Station};
 use encoring_words::{Duration, InWord, Model, Parameter};
@@ -74,7 +74,8 @@ fn over_modbus(settle: Duration) {
             let stopped = async move {
                 let _ = stopped.await;
             };
-            encoring_modbus::serve(listener, image, options, Arc::new(Counters::default()), stopped).await;
+            encoring_modbus::serve(listener, image, options, Arc::new(ServerCounts::default()), stopped)
+                .await;
         });
     });
     let mut client = Client::new(Address { settle, ..Address::tcp("127.0.0.1", port) }).unwrap();

@@ -17,7 +17,7 @@ const JUMP_OVER: NonZeroU32 = NonZeroU32::MIN.saturating_add(9);
 
 /// What an IN word is worth.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum Judgement {
     /// A position that nothing speaks against.
     Valid(u32),
     /// The same, but not everything could be judged: see [`Judge::blind`].
@@ -37,8 +37,8 @@ pub enum Verdict {
     NoAnswer(BusError),
 }
 
-impl Verdict {
-    /// Every word that [`Verdict::word`] can be.
+impl Judgement {
+    /// Every word that [`Judgement::word`] can be.
     pub const WORDS: [&'static str; 15] = [
         "valid",
         "unchecked",
@@ -63,7 +63,7 @@ impl Verdict {
         Self::WORDS.get(self.number()).copied().unwrap_or_default()
     }
 
-    /// Its place in [`Verdict::WORDS`].
+    /// Its place in [`Judgement::WORDS`].
     #[must_use]
     pub const fn number(&self) -> usize {
         match self {
@@ -197,18 +197,18 @@ impl Judge {
     }
 
     /// Judges what a poll brought, and whether it is a new reason to stop the machine.
-    pub fn judge(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Verdict, Option<Stop>) {
+    pub fn judge(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Judgement, Option<Stop>) {
         let mut stop = None;
         let input = seen.as_ref().ok().copied();
         let position = self.validity.judge(now, input, &mut |reason| stop = Some(reason));
         let verdict = match (seen, position) {
-            (Err(error), _) => Verdict::NoAnswer(error),
-            (_, Position::Valid(value)) if self.blind.is_empty() => Verdict::Valid(value),
-            (_, Position::Valid(value)) => Verdict::Unchecked(value),
-            (_, Position::Stale { age, .. }) => Verdict::Stale { age },
-            (_, Position::Faulty(status)) => Verdict::Faulty(status),
-            (_, Position::InService) => Verdict::InService,
-            (_, Position::Implausible(why)) => Verdict::Implausible(why),
+            (Err(error), _) => Judgement::NoAnswer(error),
+            (_, Position::Valid(value)) if self.blind.is_empty() => Judgement::Valid(value),
+            (_, Position::Valid(value)) => Judgement::Unchecked(value),
+            (_, Position::Stale { age, .. }) => Judgement::Stale { age },
+            (_, Position::Faulty(status)) => Judgement::Faulty(status),
+            (_, Position::InService) => Judgement::InService,
+            (_, Position::Implausible(why)) => Judgement::Implausible(why),
         };
         if let Some(Seen { input, .. }) = input
             && let In::Reply(reply) = input.decode()

@@ -12,6 +12,6 @@ pub mod watch;
 
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
 pub use image::SharedImage;
-pub use judge::{Blind, Insight, Judge, Verdict};
+pub use judge::{Blind, Insight, Judge, Judgement};
 pub use master::{EncoderMaster, MasterError};
 pub use watch::Watch;

@@ -11,7 +11,7 @@ use encoring_host::validity::Stop;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::bus::{Answered, Bus, BusError, LinkEvent};
-use crate::judge::{Insight, Judge, Verdict};
+use crate::judge::{Insight, Judge, Judgement};
 
 /// How long a wait may be before the stop mark is looked at.
 const SLICE: Duration = Duration::from_millis(50);
@@ -61,7 +61,7 @@ pub struct Sight {
     /// The OUT word as it stood a little later, so that both together are a phase of the handshake that was.
     pub out: Option<OutWord>,
     /// What the IN word is worth.
-    pub verdict: Verdict,
+    pub verdict: Judgement,
     /// A reason to stop the machine that was not there before.
     pub stop: Option<Stop>,
 }

@@ -7,7 +7,7 @@ use std::time::{Duration as Real, Instant as Clock, SystemTime};
 
 use clap::Args;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
-use encoring_bus::{Link, Verdict};
+use encoring_bus::{Judgement, Link};
 use encoring_station::SharedWorld;
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
@@ -166,7 +166,7 @@ struct Logging<'a> {
     arguments: &'a Arguments,
     /// Of each encoder what the last row was made of.
     before: Vec<(u64, Option<u32>, Option<u32>, &'static str)>,
-    verdicts: [u64; Verdict::WORDS.len()],
+    verdicts: [u64; Judgement::WORDS.len()],
     polls: u64,
     flushed: Clock,
     shown: Clock,
@@ -177,7 +177,7 @@ impl<'a> Logging<'a> {
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
     fn new(log: Log, arguments: &'a Arguments) -> Self {
         let now = Clock::now();
-        let verdicts = [0; Verdict::WORDS.len()];
+        let verdicts = [0; Judgement::WORDS.len()];
         let bar = io::stderr().is_terminal().then(|| bar(arguments.lasting.lasting));
         Self { log, arguments, before: Vec::new(), verdicts, polls: 0, flushed: now, shown: now, bar }
     }
@@ -202,7 +202,7 @@ impl<'a> Logging<'a> {
             }
         }
         self.log.flush()?;
-        let verdicts = Verdict::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
+        let verdicts = Judgement::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
         let summary = Summary {
             file: self.arguments.file.display().to_string(),
             rows: self.log.rows(),

@@ -4,7 +4,7 @@ use clap::Args;
 use encoring_modbus::Client;
 use encoring_modbus::address::Layout;
 use encoring_modbus::place::DATA;
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_sim::scan::scan;
 
 use crate::arguments::Output;
@@ -49,7 +49,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         arguments.output.print(&ScanView::of_ring(address, &found))?;
         return Ok(match found.place {
             None if found.is_whole() => Answer::Yes,
-            Some(Place::Nowhere) => Answer::Unknown,
+            Some(FaultPlace::Nowhere) => Answer::Unknown,
             _ => Answer::No,
         });
     }

@@ -9,7 +9,7 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_modbus::{Counters, RegisterMap, Snapshot, WordOrder};
+use encoring_modbus::{RegisterMap, ServerCounts, Snapshot, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Recorder;
@@ -198,7 +198,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     };
     report.start(station.first_view())?;
 
-    let served = modbus.is_some().then(Arc::<Counters>::default);
+    let served = modbus.is_some().then(Arc::<ServerCounts>::default);
     if let Some((listener, counters)) = modbus.zip(served.clone()) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,

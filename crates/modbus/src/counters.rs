@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Counts of a running server. They are independent of each other: a snapshot is no moment in time.
 #[derive(Debug, Default)]
-pub struct Counters {
+pub struct ServerCounts {
     pub(crate) requests: Counter,
     pub(crate) exceptions: Counter,
     pub(crate) closed_bad_frames: Counter,
@@ -15,7 +15,7 @@ pub struct Counters {
     pub(crate) open_connections: Counter,
 }
 
-/// [`Counters`] as plain numbers.
+/// [`ServerCounts`] as plain numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Snapshot {
     /// Requests that were carried out or answered with an exception.
@@ -34,7 +34,7 @@ pub struct Snapshot {
     pub open_connections: u64,
 }
 
-impl Counters {
+impl ServerCounts {
     /// The numbers as they are.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
@@ -64,10 +64,10 @@ impl Counter {
 }
 
 /// Counts a connection as open until it is dropped, however its task ends.
-pub(crate) struct Open(Arc<Counters>);
+pub(crate) struct Open(Arc<ServerCounts>);
 
 impl Open {
-    pub(crate) fn new(counters: Arc<Counters>) -> Self {
+    pub(crate) fn new(counters: Arc<ServerCounts>) -> Self {
         counters.open_connections.add_one();
         Self(counters)
     }

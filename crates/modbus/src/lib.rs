@@ -25,7 +25,7 @@ pub mod server;
 
 pub use address::{Address, AddressError};
 pub use client::Client;
-pub use counters::{Counters, Snapshot};
+pub use counters::{ServerCounts, Snapshot};
 pub use error::{Garbled, ModbusError};
 pub use place::{RegisterPlace, Table, UnknownWordOrder, WordOrder};
 pub use reconnect::Reconnect;

@@ -17,7 +17,7 @@ use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 use tokio_util::codec::Framed;
 
-use crate::counters::{Counters, Open};
+use crate::counters::{Open, ServerCounts};
 use crate::frame::{Codec, Frame, FrameError};
 use crate::pdu::respond;
 use crate::place::WordOrder;
@@ -58,7 +58,7 @@ pub async fn serve(
     listener: TcpListener,
     image: SharedImage,
     options: Options,
-    counters: Arc<Counters>,
+    counters: Arc<ServerCounts>,
     stop: impl Future<Output = ()>,
 ) {
     let accept = |context: &mut Context<'_>| listener.poll_accept(context).map_ok(|(socket, _)| socket);
@@ -69,7 +69,7 @@ async fn serve_from(
     mut accept: impl FnMut(&mut Context<'_>) -> Poll<io::Result<TcpStream>>,
     image: SharedImage,
     options: Options,
-    counters: Arc<Counters>,
+    counters: Arc<ServerCounts>,
     stop: impl Future<Output = ()>,
 ) {
     let mut stop = pin!(stop);
@@ -111,7 +111,7 @@ async fn converse(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     image: &SharedImage,
     options: Options,
-    counters: &Counters,
+    counters: &ServerCounts,
 ) {
     let mut stream = Framed::new(stream, Codec);
     loop {

@@ -12,7 +12,7 @@
 
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::diagnostics::Place;
+use crate::diagnostics::FaultPlace;
 use crate::frame::{Outgoing, frame_bits, pause_telegrams};
 use crate::ident::Ident;
 use crate::master::{ConfigurationError, Ended, Master, Slot, State};
@@ -91,13 +91,13 @@ pub struct BitRing<S> {
 
 /// What happened in one slot of the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Cycled {
+pub struct SlotResult {
     /// What the slot was used for, and how it ended for the master.
     pub ended: Ended,
     /// What the devices took of it, as the word level would be told.
     pub verdict: Verdict,
     /// Where the master sees the ring at fault.
-    pub place: Option<Place>,
+    pub place: Option<FaultPlace>,
 }
 
 impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
@@ -144,7 +144,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         input: &mut [InWord],
         answers: &[Option<InWord>],
         lines: &mut impl Lines,
-    ) -> Cycled {
+    ) -> SlotResult {
         for (position, out) in out.iter().enumerate() {
             for (place, byte) in self.master.out_mut(position).iter_mut().zip(out.0.to_be_bytes()) {
                 *place = byte;
@@ -168,18 +168,18 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     }
 
     /// Runs one slot that ends at `now`, with the bytes that master and slaves hold.
-    pub fn run(&mut self, now: Instant, lines: &mut impl Lines) -> Cycled {
+    pub fn run(&mut self, now: Instant, lines: &mut impl Lines) -> SlotResult {
         self.ended = now;
         let due = now.as_nanos().checked_div(self.bit.as_nanos()).unwrap_or_default();
         let began = self.sent;
         let bits = due.saturating_sub(began);
         if let Some(slot) = self.sound_slot(bits, lines) {
             self.take(&slot);
-            return Cycled { ended: Ended::Good, verdict: Verdict::Good, place: self.master.place() };
+            return SlotResult { ended: Ended::Good, verdict: Verdict::Good, place: self.master.place() };
         }
         let ended = self.slot(bits, lines);
         let verdict = self.verdict(ended, self.sent - began);
-        Cycled { ended, verdict, place: self.master.place() }
+        SlotResult { ended, verdict, place: self.master.place() }
     }
 
     /// The coming slot of at least so many bits, if it is sound: nothing can happen to its bits and nobody looks at

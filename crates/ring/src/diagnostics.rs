@@ -67,9 +67,9 @@ pub fn names(status: u16) -> impl Iterator<Item = &'static str> {
 
 /// A diagnostic parameter as a sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parameter(pub u16);
+pub struct DiagnosticParameter(pub u16);
 
-impl fmt::Display for Parameter {
+impl fmt::Display for DiagnosticParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
             0 => f.write_str("nothing to tell"),
@@ -85,11 +85,11 @@ impl fmt::Display for Parameter {
     }
 }
 
-/// Parameter: a module reports a peripheral fault.
+/// DiagnosticParameter: a module reports a peripheral fault.
 pub const PERIPHERAL_FAULT: u16 = 0x0BB1;
-/// Parameter: the master looks for the fault, and the outputs are reset.
+/// DiagnosticParameter: the master looks for the fault, and the outputs are reset.
 pub const SEARCHING: u16 = 0x0BDF;
-/// Parameter: the bus failed and nothing was found.
+/// DiagnosticParameter: the bus failed and nothing was found.
 pub const NOTHING_FOUND: u16 = 0x0BE1;
 
 /// The low byte of a parameter: the fault is at an interface, at that of the outgoing remote bus.
@@ -98,7 +98,7 @@ const INTERFACE_BYTE: u8 = INTERFACE as u8;
 
 /// Where the ring is at fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Place {
+pub enum FaultPlace {
     /// Check words or telegrams are bad on a segment; the one after the last device leads home.
     Segment(usize),
     /// The ring ends before a segment: the interface of the device before it leads nowhere.
@@ -109,7 +109,7 @@ pub enum Place {
     Nowhere,
 }
 
-impl Place {
+impl FaultPlace {
     /// The diagnostic parameter: the device number in the high byte, where device numbers count from 1 and the master
     /// is 0; the position in the segment, or the interface, in the low byte.
     #[must_use]
@@ -125,7 +125,7 @@ impl Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for FaultPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Segment(0) => f.write_str("telegrams are bad on segment 0, behind the master"),
@@ -246,13 +246,13 @@ mod tests {
 
     #[test]
     fn a_place_is_told_by_the_number_of_its_device() {
-        assert_eq!(Place::Segment(0).parameter(3), 0x0100);
-        assert_eq!(Place::Segment(2).parameter(3), 0x0300);
-        assert_eq!(Place::Segment(3).parameter(3), 0x0380, "home: the interface of the last device");
-        assert_eq!(Place::Break(0).parameter(3), 0x0080, "the master's own interface");
-        assert_eq!(Place::Break(2).parameter(3), 0x0280);
-        assert_eq!(Place::Device(1).parameter(3), 0x0200);
-        assert_eq!(Place::Nowhere.parameter(3), 0x0BE1);
+        assert_eq!(FaultPlace::Segment(0).parameter(3), 0x0100);
+        assert_eq!(FaultPlace::Segment(2).parameter(3), 0x0300);
+        assert_eq!(FaultPlace::Segment(3).parameter(3), 0x0380, "home: the interface of the last device");
+        assert_eq!(FaultPlace::Break(0).parameter(3), 0x0080, "the master's own interface");
+        assert_eq!(FaultPlace::Break(2).parameter(3), 0x0280);
+        assert_eq!(FaultPlace::Device(1).parameter(3), 0x0200);
+        assert_eq!(FaultPlace::Nowhere.parameter(3), 0x0BE1);
     }
 
     extern crate std;
@@ -271,13 +271,13 @@ mod tests {
             (SEARCHING, "the fault is looked for, the outputs are reset"),
             (NOTHING_FOUND, "the bus failed, and no place was found"),
         ] {
-            assert_eq!(Parameter(parameter).to_string(), told);
+            assert_eq!(DiagnosticParameter(parameter).to_string(), told);
         }
         assert_eq!(
-            Place::Break(2).to_string(),
+            FaultPlace::Break(2).to_string(),
             "the ring ends behind device 2.0: nobody answers on segment 2"
         );
-        assert_eq!(Place::Device(2).to_string(), "device 3.0 is not the one that was configured");
+        assert_eq!(FaultPlace::Device(2).to_string(), "device 3.0 is not the one that was configured");
     }
 
     #[test]

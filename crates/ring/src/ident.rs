@@ -14,7 +14,7 @@ pub const MESSAGES: u16 = MESSAGE_RECONFIGURE | MESSAGE_CRC | MESSAGE_MODULE;
 
 /// Which directions a device has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Direction {
+pub enum DataDirection {
     /// It takes data.
     Out,
     /// It gives data.
@@ -27,9 +27,9 @@ pub enum Direction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Digital inputs or outputs, remote bus: 01h, 02h, 03h.
-    Digital(Direction),
+    Digital(DataDirection),
     /// Analogue inputs or outputs, remote bus: 31h, 32h, 33h, the encoders among them [R2].
-    Analogue(Direction),
+    Analogue(DataDirection),
     /// A code that is not known here.
     Other(u8),
 }
@@ -121,12 +121,12 @@ impl Ident {
     #[must_use]
     pub const fn kind(self) -> Kind {
         match self.code() {
-            0x01 => Kind::Digital(Direction::Out),
-            0x02 => Kind::Digital(Direction::In),
-            0x03 => Kind::Digital(Direction::Both),
-            0x31 => Kind::Analogue(Direction::Out),
-            0x32 => Kind::Analogue(Direction::In),
-            0x33 => Kind::Analogue(Direction::Both),
+            0x01 => Kind::Digital(DataDirection::Out),
+            0x02 => Kind::Digital(DataDirection::In),
+            0x03 => Kind::Digital(DataDirection::Both),
+            0x31 => Kind::Analogue(DataDirection::Out),
+            0x32 => Kind::Analogue(DataDirection::In),
+            0x33 => Kind::Analogue(DataDirection::Both),
             other => Kind::Other(other),
         }
     }
@@ -157,7 +157,7 @@ mod tests {
     fn an_encoder_is_33h_with_two_words() {
         assert_eq!(ENCODER, Ident(0x0233));
         assert_eq!(ENCODER.code(), 51);
-        assert_eq!(ENCODER.kind(), Kind::Analogue(Direction::Both));
+        assert_eq!(ENCODER.kind(), Kind::Analogue(DataDirection::Both));
         assert_eq!(ENCODER.bytes(), Some(4));
     }
 

@@ -6,14 +6,14 @@
 
 use encoring_words::Duration;
 
-use crate::diagnostics::{Counts, PERIPHERAL_FAULT, Place, SEARCHING, status};
+use crate::diagnostics::{Counts, FaultPlace, PERIPHERAL_FAULT, SEARCHING, status};
 use crate::frame::{Control, Outgoing};
 use crate::ident::Ident;
 use crate::profile::{
     DATA_BYTES_MAX, DEVICES_MAX, ID_TRIES, LOOPBACK, MESSAGE_CRC, MESSAGE_MODULE, SILENCE, STOP_AFTER,
 };
 use crate::sound_slot::SoundSlot;
-use crate::telegram::{Bits, Cycle};
+use crate::telegram::{Bits, CycleKind};
 
 mod configuration;
 mod line;
@@ -48,7 +48,7 @@ pub enum WhenBroken {
 /// A command that does not fit the state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("not possible while the ring is {state:?}")]
-pub struct Refused {
+pub struct WrongState {
     /// What the master does.
     pub state: State,
 }
@@ -108,7 +108,7 @@ pub struct Master {
     faulty: u8,
     module_fault: bool,
     dc_result: bool,
-    place: Option<Place>,
+    place: Option<FaultPlace>,
     /// What a device showed that did not fit, while the place is there.
     other: Option<Ident>,
     counts: Counts,
@@ -163,10 +163,10 @@ impl Master {
     /// Lets data cycles run, as soon as the ring is open.
     ///
     /// # Errors
-    /// [`Refused`] if the master was not activated.
-    pub fn start(&mut self) -> Result<(), Refused> {
+    /// [`WrongState`] if the master was not activated.
+    pub fn start(&mut self) -> Result<(), WrongState> {
         if self.wanted == State::Ready {
-            return Err(Refused { state: self.state() });
+            return Err(WrongState { state: self.state() });
         }
         self.wanted = State::Run;
         if self.job == Job::Identify {
@@ -178,10 +178,10 @@ impl Master {
     /// Lets ID cycles run in place of data cycles. The devices keep what they have taken.
     ///
     /// # Errors
-    /// [`Refused`] if the master does not run.
-    pub fn stop(&mut self) -> Result<(), Refused> {
+    /// [`WrongState`] if the master does not run.
+    pub fn stop(&mut self) -> Result<(), WrongState> {
         if self.wanted != State::Run {
-            return Err(Refused { state: self.state() });
+            return Err(WrongState { state: self.state() });
         }
         self.wanted = State::Active;
         if matches!(self.job, Job::Data | Job::Locate) {
@@ -200,10 +200,10 @@ impl Master {
     /// Ends the ID cycles. One of the master's services at run time: for a controller's board, which is not here yet.
     ///
     /// # Errors
-    /// [`Refused`] while data cycles are wanted.
-    pub fn deactivate(&mut self) -> Result<(), Refused> {
+    /// [`WrongState`] while data cycles are wanted.
+    pub fn deactivate(&mut self) -> Result<(), WrongState> {
         if self.wanted == State::Run {
-            return Err(Refused { state: self.state() });
+            return Err(WrongState { state: self.state() });
         }
         self.alarm_stop();
         Ok(())
@@ -234,7 +234,7 @@ impl Master {
     /// What the device showed that does not fit the configuration, if [`Master::place`] is such a one.
     #[must_use]
     pub fn other(&self) -> Option<Ident> {
-        self.other.filter(|_| matches!(self.place, Some(Place::Device(_))))
+        self.other.filter(|_| matches!(self.place, Some(FaultPlace::Device(_))))
     }
 
     /// `true` from the stop of the bus until the ring is open again.
@@ -257,7 +257,7 @@ impl Master {
 
     /// Where the ring is at fault, as far as that is known.
     #[must_use]
-    pub const fn place(&self) -> Option<Place> {
+    pub const fn place(&self) -> Option<FaultPlace> {
         self.place
     }
 
@@ -280,7 +280,7 @@ impl Master {
         state
             | when(self.is_searching(), status::DETECT)
             | when(broken && self.place.is_some(), status::BUS)
-            | when(matches!(self.place, Some(Place::Device(_))), status::USER)
+            | when(matches!(self.place, Some(FaultPlace::Device(_))), status::USER)
             | when(self.module_fault, status::PF)
             | when(self.dc_result, status::DC_RESULT)
             | when(self.counts.is_poor(), status::QUALITY)
@@ -317,7 +317,7 @@ impl Master {
     }
 
     fn compose_data(&mut self) {
-        self.sender.compose(Cycle::Data);
+        self.sender.compose(CycleKind::Data);
         // The last device comes first.
         for position in (0..self.devices).rev() {
             let range = self.table().range(position);
@@ -330,7 +330,7 @@ impl Master {
     /// An ID cycle. `last` is for the outgoing bus of the last device, all others are on; so is the last one's as long
     /// as the ring may go on behind it.
     fn compose_id(&mut self, devices: usize, last: Outgoing) {
-        self.sender.compose(Cycle::Id);
+        self.sender.compose(CycleKind::Id);
         for position in (0..devices).rev() {
             let is_last = position + 1 == devices;
             let ends_here = is_last && (last == Outgoing::Off || devices >= self.limit());
@@ -342,7 +342,7 @@ impl Master {
     /// How many devices are looked for.
     fn limit(&self) -> usize {
         match (self.when_broken, self.place, &self.configuration) {
-            (WhenBroken::RunOn, Some(Place::Break(segment)), _) if segment > 0 => segment,
+            (WhenBroken::RunOn, Some(FaultPlace::Break(segment)), _) if segment > 0 => segment,
             (_, _, Some(table)) => table.devices,
             (_, _, None) => DEVICES_MAX,
         }
@@ -410,7 +410,7 @@ impl Master {
 
     fn end_data(&mut self) -> Ended {
         let length = self.sender.length();
-        let mut home = self.receiver.judge(Cycle::Data, length, self.devices);
+        let mut home = self.receiver.judge(CycleKind::Data, length, self.devices);
         // The loopback word comes home last; elsewhere, the ring has another length.
         if home == Home::Good && self.receiver.word_at(length.saturating_sub(2)) != Some(LOOPBACK) {
             home = Home::Bad(None);
@@ -434,7 +434,7 @@ impl Master {
             Home::Bad(Some(segment)) => {
                 self.counts.bad();
                 self.counts.located(segment);
-                self.place = Some(Place::Segment(segment));
+                self.place = Some(FaultPlace::Segment(segment));
             }
             Home::Bad(None) => {
                 self.counts.without_place();
@@ -483,7 +483,7 @@ impl Master {
     }
 
     fn end_identify(&mut self) {
-        let home = self.receiver.judge(Cycle::Id, self.sender.length(), self.devices);
+        let home = self.receiver.judge(CycleKind::Id, self.sender.length(), self.devices);
         let intact = home == Home::Good && self.receiver.word(self.devices) == Some(LOOPBACK);
         if !intact {
             self.faulty = self.faulty.saturating_add(1);
@@ -506,7 +506,7 @@ impl Master {
             // If no device saw it, it was on the way home.
             let segment = first.unwrap_or(self.devices);
             self.counts.found(segment);
-            self.place = Some(Place::Segment(segment));
+            self.place = Some(FaultPlace::Segment(segment));
         }
     }
 
@@ -536,7 +536,7 @@ impl Master {
     fn end_open(&mut self, missing: u8, faulty: u8, why: Why) {
         let known = self.devices;
         let devices = known + 1;
-        let home = self.receiver.judge(Cycle::Id, self.sender.length(), devices);
+        let home = self.receiver.judge(CycleKind::Id, self.sender.length(), devices);
         let ends_at = |words| self.receiver.word(words) == Some(LOOPBACK);
         match home {
             Home::Good if ends_at(devices) => self.take_in(known, why),
@@ -548,18 +548,18 @@ impl Master {
                 self.enter(Job::Open { missing: missing + 1, faulty, why });
             }
             Home::Silent | Home::Good => {
-                self.fail(if known == 0 { Place::Nowhere } else { Place::Break(known) });
+                self.fail(if known == 0 { FaultPlace::Nowhere } else { FaultPlace::Break(known) });
             }
             Home::Bad(_) if faulty + 1 < STOP_AFTER => {
                 self.enter(Job::Open { missing, faulty: faulty + 1, why });
             }
             Home::Bad(place) => self.fail(match place {
                 // What leads home is the same segment however far the ring is open.
-                Some(segment) if segment >= devices => Place::Segment(self.table().devices.max(segment)),
-                Some(segment) => Place::Segment(segment),
+                Some(segment) if segment >= devices => FaultPlace::Segment(self.table().devices.max(segment)),
+                Some(segment) => FaultPlace::Segment(segment),
                 // As far as the ring was open before, it was good.
-                None if known > 0 => Place::Segment(known),
-                None => Place::Nowhere,
+                None if known > 0 => FaultPlace::Segment(known),
+                None => FaultPlace::Nowhere,
             }),
         }
     }
@@ -572,7 +572,7 @@ impl Master {
         let fits = expected.is_none_or(|expected| expected == Some(ident.identity()));
         if !fits || self.found.push(ident, position + 1).is_err() {
             self.other = Some(ident.identity());
-            self.fail(Place::Device(position));
+            self.fail(FaultPlace::Device(position));
             return;
         }
         self.devices = position + 1;
@@ -593,9 +593,9 @@ impl Master {
     }
 
     /// A place was found at which the ring cannot be opened further.
-    fn fail(&mut self, place: Place) {
+    fn fail(&mut self, place: FaultPlace) {
         self.place = Some(place);
-        if let Place::Segment(segment) | Place::Break(segment) = place {
+        if let FaultPlace::Segment(segment) | FaultPlace::Break(segment) = place {
             self.counts.found(segment);
         }
         self.enter(self.silence(Why::Search));

@@ -14,7 +14,7 @@ use crate::profile::{
     MESSAGE_MODULE, MESSAGE_RECONFIGURE, RESET_AFTER, TELEGRAM_BITS,
 };
 use crate::sound_slot::SoundSlot;
-use crate::telegram::{Bits, CLOSING_BITS, Cycle, Decoder, Part, Pause, Step, byte_of};
+use crate::telegram::{Bits, CLOSING_BITS, CycleKind, Decoder, Part, Pause, Step, byte_of};
 
 mod register;
 mod taken;
@@ -295,15 +295,15 @@ impl Slave {
     }
 
     /// A frame begins: what the device shows is loaded.
-    fn open(&mut self, cycle: Cycle) -> Strobe {
+    fn open(&mut self, cycle: CycleKind) -> Strobe {
         self.frame = Frame::default();
         match cycle {
-            Cycle::Id => {
+            CycleKind::Id => {
                 let word = self.identification().0;
                 self.register.load(&word.to_be_bytes());
                 Strobe::None
             }
-            Cycle::Data => {
+            CycleKind::Data => {
                 // The message of a bad cycle tells of the last data cycle, and of no earlier one.
                 self.messages &= !MESSAGE_CRC;
                 let length = self.bytes();
@@ -369,7 +369,7 @@ impl Slave {
             return Strobe::None;
         }
         match self.decoder.cycle() {
-            Cycle::Id => {
+            CycleKind::Id => {
                 let mut word = [0; 2];
                 for (place, byte) in word.iter_mut().zip(register.bytes()) {
                     *place = byte;
@@ -378,8 +378,8 @@ impl Slave {
                 Strobe::None
             }
             // A device that was reset since takes nothing before it has its place.
-            Cycle::Data if self.position.is_none() => Strobe::None,
-            Cycle::Data => {
+            CycleKind::Data if self.position.is_none() => Strobe::None,
+            CycleKind::Data => {
                 self.latch(register.bytes(), self.times.now);
                 Strobe::Latch
             }
@@ -579,8 +579,8 @@ impl Slave {
         match (self.condition, self.decoder.passing(), self.decoder.cycle()) {
             (Condition::Off, _, _) => Phase::Off,
             (Condition::Held, _, _) => Phase::Held,
-            (Condition::Running, Some(Part::Data), Cycle::Id) => Phase::Identification,
-            (Condition::Running, Some(Part::Data), Cycle::Data) => Phase::Data,
+            (Condition::Running, Some(Part::Data), CycleKind::Id) => Phase::Identification,
+            (Condition::Running, Some(Part::Data), CycleKind::Data) => Phase::Data,
             (Condition::Running, Some(Part::CheckHigh | Part::CheckLow), _) => Phase::Check,
             (Condition::Running, Some(Part::EndHigh | Part::EndLow), _) => Phase::End,
             (Condition::Running, None, _) if self.in_reset => Phase::Reset,

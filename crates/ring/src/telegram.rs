@@ -10,7 +10,7 @@ use crate::profile::{
 
 /// Which of the two cycles a telegram belongs to: its bit SL.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Cycle {
+pub enum CycleKind {
     /// Data.
     #[default]
     Data,
@@ -35,15 +35,15 @@ pub enum Part {
 
 /// The bits of a data telegram, the first one highest.
 #[must_use]
-pub const fn data_telegram(cycle: Cycle, part: Part, byte: u8) -> u16 {
+pub const fn data_telegram(cycle: CycleKind, part: Part, byte: u8) -> u16 {
     header(cycle, part) | (byte as u16) << 1
 }
 
 /// A telegram without its byte.
-const fn header(cycle: Cycle, part: Part) -> u16 {
+const fn header(cycle: CycleKind, part: Part) -> u16 {
     let sl = match cycle {
-        Cycle::Data => 0,
-        Cycle::Id => DATA_SL,
+        CycleKind::Data => 0,
+        CycleKind::Id => DATA_SL,
     };
     let cr = match part {
         Part::Data => 0,
@@ -117,7 +117,7 @@ pub enum Step {
     /// Start bit, SL, CR or FL.
     Header,
     /// The FL bit with which a frame begins.
-    Opens(Cycle),
+    Opens(CycleKind),
     /// The FL bit of the status telegram behind a frame, which says that the frame has no further telegram.
     Closes,
     /// One of the eight data bits, the first one is number 0.
@@ -138,7 +138,7 @@ pub struct Decoder {
     bits: u16,
     /// Sound status telegrams in a row.
     statuses: u8,
-    cycle: Cycle,
+    cycle: CycleKind,
     /// Telegrams of the check phase that have begun.
     check: u8,
     /// Telegrams in a row with a wrong header or stop bit.
@@ -182,7 +182,7 @@ impl Default for Decoder {
             index: 0,
             bits: 0,
             statuses: 0,
-            cycle: Cycle::Data,
+            cycle: CycleKind::Data,
             check: 0,
             faulty: 0,
             wrong: false,
@@ -234,7 +234,7 @@ impl Decoder {
                 Step::Header
             }
             3 if self.statuses >= STATUS_BEFORE_FRAME => {
-                let cycle = if self.bits & 2 == 0 { Cycle::Data } else { Cycle::Id };
+                let cycle = if self.bits & 2 == 0 { CycleKind::Data } else { CycleKind::Id };
                 self.open(cycle);
                 self.wrong = self.bits & 1 != 0;
                 self.bits = 0;
@@ -253,7 +253,7 @@ impl Decoder {
         }
     }
 
-    fn open(&mut self, cycle: Cycle) {
+    fn open(&mut self, cycle: CycleKind) {
         self.state = State::Framed;
         self.statuses = 0;
         self.cycle = cycle;
@@ -291,7 +291,7 @@ impl Decoder {
                 Step::Header
             }
             1 => {
-                self.wrong |= rx != (self.cycle == Cycle::Id);
+                self.wrong |= rx != (self.cycle == CycleKind::Id);
                 self.bits = self.bits << 1 | u16::from(rx);
                 Step::Header
             }
@@ -365,9 +365,9 @@ impl Decoder {
             if rest & !DATA_SL != DATA_TELEGRAM {
                 return None;
             }
-            self.open(if rest & DATA_SL == 0 { Cycle::Data } else { Cycle::Id });
+            self.open(if rest & DATA_SL == 0 { CycleKind::Data } else { CycleKind::Id });
         } else {
-            let sl = if self.cycle == Cycle::Id { DATA_SL } else { 0 };
+            let sl = if self.cycle == CycleKind::Id { DATA_SL } else { 0 };
             let check = rest == DATA_TELEGRAM | sl | DATA_CR;
             if !(check || self.check == 0 && rest == DATA_TELEGRAM | sl) {
                 return None;
@@ -414,7 +414,7 @@ impl Decoder {
 
     /// The cycle of the present frame, or of the last one.
     #[must_use]
-    pub const fn cycle(&self) -> Cycle {
+    pub const fn cycle(&self) -> CycleKind {
         self.cycle
     }
 
@@ -442,7 +442,7 @@ impl Decoder {
             index: STATUS_BITS as u8 - 1,
             bits: 0,
             statuses: u8::try_from(statuses).unwrap_or(u8::MAX),
-            cycle: Cycle::Data,
+            cycle: CycleKind::Data,
             check: CHECK_TELEGRAMS,
             faulty: 0,
             wrong: false,
@@ -489,7 +489,7 @@ mod tests {
         pieces.iter().flat_map(bits).collect()
     }
 
-    fn frame(cycle: Cycle, bytes: &[u8]) -> Vec<Bits> {
+    fn frame(cycle: CycleKind, bytes: &[u8]) -> Vec<Bits> {
         let mut pieces = Vec::from([Bits::idle(3), statuses(3)]);
         pieces.extend(bytes.iter().map(|byte| Bits::telegram(data_telegram(cycle, Part::Data, *byte))));
         for (part, byte) in [(Part::CheckHigh, 1), (Part::CheckLow, 2), (Part::EndHigh, 3), (Part::EndLow, 4)]
@@ -509,18 +509,18 @@ mod tests {
 
     #[test]
     fn a_byte_stands_between_start_and_stop_with_its_highest_bit_first() {
-        assert_eq!(data_telegram(Cycle::Data, Part::Data, 0xA1), 0b0001_1010_0001_1);
-        assert_eq!(data_telegram(Cycle::Id, Part::Data, 0), 0b0101_0000_0000_1);
-        assert_eq!(data_telegram(Cycle::Data, Part::EndLow, 0), 0b0011_0000_0000_1);
+        assert_eq!(data_telegram(CycleKind::Data, Part::Data, 0xA1), 0b0001_1010_0001_1);
+        assert_eq!(data_telegram(CycleKind::Id, Part::Data, 0), 0b0101_0000_0000_1);
+        assert_eq!(data_telegram(CycleKind::Data, Part::EndLow, 0), 0b0011_0000_0000_1);
         for byte in 0..=255 {
-            assert_eq!(byte_of(data_telegram(Cycle::Id, Part::CheckHigh, byte)), byte);
+            assert_eq!(byte_of(data_telegram(CycleKind::Id, Part::CheckHigh, byte)), byte);
         }
         assert_eq!(statuses(2), Bits { bits: 0b00001_00001, count: 10 });
     }
 
     #[test]
     fn a_frame_is_read_byte_by_byte() {
-        for cycle in [Cycle::Data, Cycle::Id] {
+        for cycle in [CycleKind::Data, CycleKind::Id] {
             let mut decoder = Decoder::default();
             let line = line(&frame(cycle, &[0xE3, 0xA5, 0, 0xFF]));
             let mut expected = Vec::from([0xE3, 0xA5, 0, 0xFF].map(|byte| (Part::Data, byte)));
@@ -538,7 +538,7 @@ mod tests {
 
     #[test]
     fn every_wrong_bit_of_a_header_or_a_stop_is_noticed_and_the_place_is_kept() {
-        let pieces = frame(Cycle::Data, &[0xE3, 0xA5, 0, 0xFF]);
+        let pieces = frame(CycleKind::Data, &[0xE3, 0xA5, 0, 0xFF]);
         let sound = line(&pieces);
         let begin = 3 + 15;
         for telegram in 1..8 {
@@ -560,7 +560,7 @@ mod tests {
     #[test]
     fn a_frame_that_breaks_off_is_left_within_four_telegrams() {
         for rest in [Bits::idle(40), statuses(12), Bits { bits: 0, count: 64 }] {
-            let mut pieces = frame(Cycle::Data, &[1, 2, 3, 4]);
+            let mut pieces = frame(CycleKind::Data, &[1, 2, 3, 4]);
             pieces.truncate(4);
             pieces.extend([rest; 2]);
             let mut decoder = Decoder::default();
@@ -571,14 +571,14 @@ mod tests {
 
     #[test]
     fn a_frame_begins_only_after_status_telegrams() {
-        let telegram = Bits::telegram(data_telegram(Cycle::Data, Part::Data, 0));
+        let telegram = Bits::telegram(data_telegram(CycleKind::Data, Part::Data, 0));
         for (count, begins) in [(0, false), (1, false), (2, true)] {
             let mut decoder = Decoder::default();
             let steps: Vec<Step> = line(&[Bits::idle(2), statuses(count), telegram])
                 .iter()
                 .map(|bit| decoder.clock(*bit))
                 .collect();
-            assert_eq!(steps.contains(&Step::Opens(Cycle::Data)), begins, "{count}");
+            assert_eq!(steps.contains(&Step::Opens(CycleKind::Data)), begins, "{count}");
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use encoring_words::{InWord, Instant, OutWord};
 
-use crate::diagnostics::{Counts, Place, status};
+use crate::diagnostics::{Counts, FaultPlace, status};
 use crate::image::ENCODERS_MAX;
 use crate::profile::{BUS_ACTIVE_FOR, RESET_AFTER, STOP_AFTER};
 use crate::slave::Taken;
@@ -155,9 +155,9 @@ impl WordRing {
     #[must_use]
     pub fn parameter(&self) -> u16 {
         let place = match self.verdict {
-            Verdict::Bad { segment } => Some(Place::Segment(segment)),
-            Verdict::Silent { segment: 0 } => Some(Place::Nowhere),
-            Verdict::Silent { segment } => Some(Place::Break(segment)),
+            Verdict::Bad { segment } => Some(FaultPlace::Segment(segment)),
+            Verdict::Silent { segment: 0 } => Some(FaultPlace::Nowhere),
+            Verdict::Silent { segment } => Some(FaultPlace::Break(segment)),
             Verdict::Good => None,
         };
         let is_known = self.faulty >= STOP_AFTER || !matches!(self.verdict, Verdict::Silent { .. });

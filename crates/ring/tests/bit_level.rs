@@ -1,9 +1,9 @@
 //! The ring at bit level: it opens, moves words, and follows what happens to its segments and devices.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, missing_docs, reason = "tests")]
 
-use encoring_ring::diagnostics::{PERIPHERAL_FAULT, Place, SEARCHING, status};
+use encoring_ring::diagnostics::{FaultPlace, PERIPHERAL_FAULT, SEARCHING, status};
 use encoring_ring::ident::{ENCODER, Ident};
-use encoring_ring::master::{ConfigurationError, Ended, Refused, State, WhenBroken};
+use encoring_ring::master::{ConfigurationError, Ended, State, WhenBroken, WrongState};
 use encoring_ring::profile::BIT_500K;
 use encoring_ring::slave::{Condition, Jumper, ModuleFault};
 use encoring_ring::telegram::Bits;
@@ -93,7 +93,8 @@ fn a_break_is_searched_with_all_outputs_0_found_and_mended_without_a_restart() {
         assert_eq!(bench.ring.master().status() & (status::DETECT | status::RUN), status::DETECT);
         assert_eq!(bench.ring.master().parameter(), SEARCHING);
         bench.until(Some(segment), |bench, _| bench.ring.master().place().is_some());
-        let expected = if segment == 0 || segment == 3 { Place::Nowhere } else { Place::Break(segment) };
+        let expected =
+            if segment == 0 || segment == 3 { FaultPlace::Nowhere } else { FaultPlace::Break(segment) };
         assert_eq!(bench.ring.master().place(), Some(expected));
         assert_eq!(bench.ring.master().parameter(), expected.parameter(3));
         for _ in 0..500 {
@@ -114,7 +115,7 @@ fn with_permission_the_master_runs_on_with_the_devices_before_a_break() {
     bench.slot(None);
     bench.until(Some(2), |_, ended| ended == Ended::Good);
     assert_eq!(bench.ring.master().devices(), 2);
-    assert_eq!(bench.ring.master().place(), Some(Place::Break(2)));
+    assert_eq!(bench.ring.master().place(), Some(FaultPlace::Break(2)));
     assert_eq!(bench.ring.master().status(), 0x00E4, "it runs, and the bus has a fault");
     assert_eq!(bench.ring.master().parameter(), 0x0280);
     for _ in 0..100 {
@@ -137,13 +138,17 @@ fn ready_active_run_and_back() {
     let slaves: Vec<Slave> = (0..3).map(|_| Slave::new(ENCODER, BIT_500K)).collect();
     let mut bench = Bench { ring: BitRing::new(slaves, BIT_500K), slot: 0, input: vec![InWord(0); 3] };
     assert_eq!(bench.ring.master().status(), 0x0080);
-    assert_eq!(bench.ring.master_mut().start(), Err(Refused { state: State::Ready }));
+    assert_eq!(bench.ring.master_mut().start(), Err(WrongState { state: State::Ready }));
     bench.slot(None);
     assert_eq!(bench.ring.master().state(), State::Ready);
     bench.ring.master_mut().activate();
     // Nobody said how long the ring is, and the last one has a jumper that it should not have.
     bench.until(None, |bench, _| bench.ring.master().place().is_some());
-    assert_eq!(bench.ring.master().place(), Some(Place::Break(3)), "an open ring behind the last one [R137]");
+    assert_eq!(
+        bench.ring.master().place(),
+        Some(FaultPlace::Break(3)),
+        "an open ring behind the last one [R137]"
+    );
     bench.ring.slaves_mut()[2].set_jumper(Jumper::Open);
     bench.until(None, |bench, _| bench.ring.master().state() == State::Active);
     assert_eq!(bench.ring.master().status(), 0x00C0);
@@ -153,7 +158,7 @@ fn ready_active_run_and_back() {
     bench.ring.master_mut().start().unwrap();
     assert_eq!(bench.slot(None), Ended::Good);
     assert_eq!(bench.ring.master().status(), 0x00E0);
-    assert_eq!(bench.ring.master_mut().deactivate(), Err(Refused { state: State::Run }));
+    assert_eq!(bench.ring.master_mut().deactivate(), Err(WrongState { state: State::Run }));
     bench.ring.master_mut().stop().unwrap();
     for _ in 0..100 {
         assert_eq!(bench.slot(None), Ended::Id);

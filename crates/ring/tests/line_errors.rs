@@ -5,7 +5,7 @@
 //! `cargo test --release -p encoring-ring --test line_errors -- --include-ignored` tries every one.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, missing_docs, reason = "tests")]
 
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::master::Ended;
 use encoring_ring::profile::BIT_500K;
@@ -108,7 +108,7 @@ fn check(running: &Ring, flips: &Flips, found: &mut Found) {
         }
     }
     // With two bad segments, of which the first was hit in its end word, the second one may be told.
-    let Some(Place::Segment(told)) = place else { panic!("{flips:X?}: {place:?}") };
+    let Some(FaultPlace::Segment(told)) = place else { panic!("{flips:X?}: {place:?}") };
     assert!(flips.0[told] != [0; 4], "{flips:X?}: {place:?}");
     assert_eq!(ring.master().counts().segment(told), 1);
     let cycled = ring.cycle(Instant(next * SLOT_NS), &NEW, &mut input, &IN_NEW.map(Some), &mut Sound);

@@ -6,7 +6,7 @@
 use encoring_ring::ident::{ENCODER, Ident};
 use encoring_ring::profile::{BIT_500K, DEVICE_DELAY_BITS};
 use encoring_ring::slave::Strobe;
-use encoring_ring::telegram::{Bits, Cycle, Part, data_telegram, statuses};
+use encoring_ring::telegram::{Bits, CycleKind, Part, data_telegram, statuses};
 use encoring_ring::{BitRing, Slave, Sound};
 use encoring_words::Instant;
 use proptest::prelude::*;
@@ -18,7 +18,7 @@ fn line(pieces: &[Bits]) -> Vec<bool> {
 
 fn piece() -> impl Strategy<Value = Bits> {
     let telegram = (any::<u8>(), any::<bool>(), 0..5_u8).prop_map(|(byte, id, part)| {
-        let cycle = if id { Cycle::Id } else { Cycle::Data };
+        let cycle = if id { CycleKind::Id } else { CycleKind::Data };
         let part = [Part::Data, Part::Data, Part::Data, Part::CheckHigh, Part::EndLow][usize::from(part)];
         Bits::telegram(data_telegram(cycle, part, byte))
     });
@@ -36,7 +36,7 @@ fn piece() -> impl Strategy<Value = Bits> {
 fn frame() -> impl Strategy<Value = Vec<Bits>> {
     (prop::collection::vec(any::<u8>(), 0..9), any::<bool>(), prop::option::of((0..150_usize, 0..3_u8)))
         .prop_map(|(bytes, id, flip)| {
-            let cycle = if id { Cycle::Id } else { Cycle::Data };
+            let cycle = if id { CycleKind::Id } else { CycleKind::Data };
             let mut crc = encoring_ring::crc::Crc::NEW;
             let mut pieces = vec![statuses(3)];
             for byte in bytes {

@@ -1,6 +1,6 @@
 //! What a master finds on the ring of a scenario when it opens it device by device.
 
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::master::State;
 use encoring_ring::profile::BUS_ACTIVE_FOR;
@@ -27,7 +27,7 @@ pub struct Scan {
     /// What was found, from the front.
     pub found: Vec<Ident>,
     /// Why it was not opened further; `None` if it is whole.
-    pub place: Option<Place>,
+    pub place: Option<FaultPlace>,
     /// What a device showed that is another than the scenario has.
     pub other: Option<Ident>,
     /// The diagnostic status register.

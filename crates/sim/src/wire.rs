@@ -1,7 +1,7 @@
 //! The ring of a world, at the level that was chosen.
 
 use encoring_ring::bit_level::Sound;
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::{Condition, Jumper};
@@ -237,7 +237,7 @@ impl BitWire {
         input: &mut [InWord],
         answers: &[Option<InWord>],
         hit: Option<usize>,
-    ) -> (Verdict, Option<Place>) {
+    ) -> (Verdict, Option<FaultPlace>) {
         let bad =
             self.trouble.filter(|trouble| trouble.fault.hits_each_frame()).map(|trouble| trouble.segment);
         let bytes = self.ring.slaves().iter().map(Slave::bytes).sum();

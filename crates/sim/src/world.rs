@@ -2,7 +2,7 @@
 
 use encoring_device::{OFF_BELOW_MV, Surroundings};
 use encoring_encoder::Terminals;
-use encoring_ring::diagnostics::Place as FaultPlace;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::profile::ENCODER_BYTES;
 use encoring_ring::slave::{Condition, Jumper, Lamps};

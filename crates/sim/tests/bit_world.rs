@@ -4,7 +4,7 @@
 mod common;
 
 use common::{Ring, line, scenario, set, three};
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::{Level, Scenario};
 
@@ -67,7 +67,7 @@ fn a_silent_segment_stops_the_bus_and_it_comes_back_by_itself() {
     }
     assert_eq!(ring.input, seen);
     let master = ring.world.ring().master().unwrap();
-    assert_eq!((master.place(), master.parameter()), (Some(Place::Break(2)), 0x0280));
+    assert_eq!((master.place(), master.parameter()), (Some(FaultPlace::Break(2)), 0x0280));
     ring.run_to_ms(320.0);
     assert_eq!(ring.last, Verdict::Good);
     for position in 0..3 {
@@ -130,8 +130,8 @@ fn an_encoder_that_lost_its_supply_is_opened_again_when_it_is_back() {
 #[test]
 fn chip_jumper_and_ident_break_the_ring_where_they_are() {
     for (what, back, place) in [
-        ("chip_held = true", "chip_held = false", Place::Break(1)),
-        ("jumper = false", "jumper = true", Place::Break(2)),
+        ("chip_held = true", "chip_held = false", FaultPlace::Break(1)),
+        ("jumper = false", "jumper = true", FaultPlace::Break(2)),
     ] {
         for level in ["word", "bit"] {
             let events = format!("{}{}", set(20.0, 1, what), set(300.0, 1, back));
@@ -150,7 +150,7 @@ fn chip_jumper_and_ident_break_the_ring_where_they_are() {
     let events = format!("{events}{}", set(60.0, 2, "supply_v = 24.0"));
     let mut ring = bits(&format!("{}{events}", three([1_000, 2_000, 3_000])));
     ring.run_to_ms(400.0);
-    assert_eq!(ring.world.ring().master().unwrap().place(), Some(Place::Device(2)));
+    assert_eq!(ring.world.ring().master().unwrap().place(), Some(FaultPlace::Device(2)));
     assert_ne!(ring.last, Verdict::Good);
 }
 

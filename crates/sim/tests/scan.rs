@@ -5,7 +5,7 @@ mod common;
 
 use common::{line, scenario, set, three};
 use encoring_ring::Ident;
-use encoring_ring::diagnostics::{NOTHING_FOUND, Place};
+use encoring_ring::diagnostics::{FaultPlace, NOTHING_FOUND};
 use encoring_ring::ident::ENCODER;
 use encoring_sim::Level;
 use encoring_sim::scan::{Scan, scan};
@@ -28,26 +28,26 @@ fn a_sound_ring_is_found_whole_also_if_its_scenario_is_of_words() {
 #[test]
 fn the_ring_ends_where_its_fault_is() {
     for (events, devices, place, parameter) in [
-        (set(0.0, 1, "jumper = false"), 2, Place::Break(2), 0x0280),
-        (set(0.0, 1, "chip_held = true"), 1, Place::Break(1), 0x0180),
-        (set(0.0, 2, "supply_v = 5.0"), 2, Place::Break(2), 0x0280),
-        (set(0.0, 0, "supply_v = 5.0"), 0, Place::Nowhere, NOTHING_FOUND),
-        (line(0.0, 1, "silent", 1e6), 1, Place::Break(1), 0x0180),
-        (line(0.0, 3, "silent", 1e6), 0, Place::Nowhere, NOTHING_FOUND),
-        (set(0.0, 2, "ident = 771"), 2, Place::Device(2), 0x0300),
+        (set(0.0, 1, "jumper = false"), 2, FaultPlace::Break(2), 0x0280),
+        (set(0.0, 1, "chip_held = true"), 1, FaultPlace::Break(1), 0x0180),
+        (set(0.0, 2, "supply_v = 5.0"), 2, FaultPlace::Break(2), 0x0280),
+        (set(0.0, 0, "supply_v = 5.0"), 0, FaultPlace::Nowhere, NOTHING_FOUND),
+        (line(0.0, 1, "silent", 1e6), 1, FaultPlace::Break(1), 0x0180),
+        (line(0.0, 3, "silent", 1e6), 0, FaultPlace::Nowhere, NOTHING_FOUND),
+        (set(0.0, 2, "ident = 771"), 2, FaultPlace::Device(2), 0x0300),
     ] {
         let found = scanned(&events);
         assert_eq!(found.found.len(), devices, "{events}");
         assert_eq!((found.place, found.parameter), (Some(place), parameter), "{events}");
         assert!(!found.is_whole(), "{events}");
-        assert_eq!(found.other, (place == Place::Device(2)).then_some(Ident(0x0303)), "{events}");
+        assert_eq!(found.other, (place == FaultPlace::Device(2)).then_some(Ident(0x0303)), "{events}");
     }
 }
 
 #[test]
 fn a_bad_segment_that_lets_id_cycles_pass_is_still_told() {
     let found = scanned(&line(0.0, 1, "bad", 1e6));
-    assert_eq!(found.place, Some(Place::Segment(1)));
+    assert_eq!(found.place, Some(FaultPlace::Segment(1)));
     assert!(!found.is_whole());
 }
 

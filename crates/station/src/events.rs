@@ -5,7 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration as Real;
 
-use encoring_ring::diagnostics::Place;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::{Master, Verdict};
 use encoring_words::{Duration, Instant};
 use serde::{Serialize, Serializer};
@@ -49,7 +49,7 @@ pub enum Happened {
     SearchFound {
         /// Where.
         #[serde(flatten, serialize_with = "at_fault")]
-        place: Place,
+        place: FaultPlace,
         /// The diagnostic parameter register.
         #[serde(rename = "parameter_hex", serialize_with = "json::hex")]
         parameter: u16,
@@ -71,12 +71,12 @@ struct AtFault {
     position: Option<usize>,
 }
 
-fn at_fault<S: Serializer>(place: &Place, serializer: S) -> Result<S::Ok, S::Error> {
+fn at_fault<S: Serializer>(place: &FaultPlace, serializer: S) -> Result<S::Ok, S::Error> {
     let (fault, segment, position) = match *place {
-        Place::Segment(segment) => ("bad", Some(segment), None),
-        Place::Break(segment) => ("break", Some(segment), None),
-        Place::Device(position) => ("other_device", None, Some(position)),
-        Place::Nowhere => ("no_answer", None, None),
+        FaultPlace::Segment(segment) => ("bad", Some(segment), None),
+        FaultPlace::Break(segment) => ("break", Some(segment), None),
+        FaultPlace::Device(position) => ("other_device", None, Some(position)),
+        FaultPlace::Nowhere => ("no_answer", None, None),
     };
     AtFault { fault, segment, position }.serialize(serializer)
 }
@@ -162,7 +162,7 @@ pub(crate) struct Events {
     kept: Arc<Kept>,
     line: Verdict,
     /// The place that the present search has found, while there is one.
-    search: Option<Option<Place>>,
+    search: Option<Option<FaultPlace>>,
     /// Data cycles that the master has counted.
     data_cycles: u64,
     dropped: u64,

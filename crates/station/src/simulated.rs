@@ -9,7 +9,7 @@ use encoring_sim::World;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::pace::Speed;
-use crate::view::Lamps;
+use crate::view::LampsView;
 
 /// The longest sleep, so that whoever waits can be interrupted.
 const SLICE: Real = Real::from_millis(20);
@@ -39,8 +39,8 @@ impl SharedWorld {
 
     /// The lamps of the encoder at a position.
     #[must_use]
-    pub fn lamps(&self, position: usize) -> Option<Lamps> {
-        Lamps::of(&self.lock(), position)
+    pub fn lamps(&self, position: usize) -> Option<LampsView> {
+        LampsView::of(&self.lock(), position)
     }
 }
 

@@ -92,7 +92,7 @@ pub struct DeviceView {
     #[serde(serialize_with = "json::handshake")]
     pub handshake: Option<Handshake>,
     /// The lamps.
-    pub lamps: Lamps,
+    pub lamps: LampsView,
     /// Programmed and active parameters, by service.
     pub parameters: Vec<ParameterView>,
     /// Writes of the memory so far, by record.
@@ -101,7 +101,7 @@ pub struct DeviceView {
 
 /// The lamps of the CE-65-M; the other manuals show none, but the ring lights the same for all [R139].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Lamps {
+pub struct LampsView {
     /// Supply.
     pub u: bool,
     /// Data cycles arrive.
@@ -160,7 +160,7 @@ impl View {
     }
 }
 
-impl Lamps {
+impl LampsView {
     /// Those of the encoder at a position of `world`.
     #[must_use]
     pub fn of(world: &World, position: usize) -> Option<Self> {
@@ -168,7 +168,7 @@ impl Lamps {
     }
 }
 
-impl From<encoring_ring::slave::Lamps> for Lamps {
+impl From<encoring_ring::slave::Lamps> for LampsView {
     fn from(lamps: encoring_ring::slave::Lamps) -> Self {
         let encoring_ring::slave::Lamps { u, ba, rc, rd } = lamps;
         Self { u, ba, rc, rd }
@@ -213,7 +213,7 @@ impl DeviceView {
             error: encoder.is_some_and(Encoder::error_pending),
             latched_status: encoder.map_or(ErrorStatus::empty(), Encoder::latched_status),
             handshake: encoder.map(Encoder::handshake).copied(),
-            lamps: Lamps::of(world, position)?,
+            lamps: LampsView::of(world, position)?,
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {
                 programmed: PARAMETERS

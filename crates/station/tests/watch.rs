@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use encoring_bus::watch::{HandshakePhase, Plan, Subject};
-use encoring_bus::{Judge, Verdict, Watch};
+use encoring_bus::{Judge, Judgement, Watch};
 use encoring_sim::Fault;
 use encoring_sim::scenario::Change;
 use encoring_sim::{Scenario, World};
@@ -42,7 +42,7 @@ fn minutes_of_the_built_in_ring_are_valid_throughout() {
     while let Some(poll) = watch.poll_with(|position| world.insight(position)) {
         polls += 1;
         for sight in &poll.sights {
-            assert!(matches!(sight.verdict, Verdict::Valid(_)), "{sight:?}");
+            assert!(matches!(sight.verdict, Judgement::Valid(_)), "{sight:?}");
             assert_eq!((sight.out, sight.phase()), (Some(OutWord(0)), Some(HandshakePhase::Normal)));
             let lamps = world.lamps(sight.position).unwrap();
             assert!(lamps.u && lamps.ba && lamps.rc && lamps.rd == (sight.position == 2));

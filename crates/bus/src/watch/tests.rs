@@ -80,7 +80,7 @@ impl Bus for Script {
 }
 
 /// What a judge makes of one word after the other, 100 ms apart.
-fn verdicts(judge: Judge, words: impl IntoIterator<Item = Result<u32, BusError>>) -> Vec<Verdict> {
+fn verdicts(judge: Judge, words: impl IntoIterator<Item = Result<u32, BusError>>) -> Vec<Judgement> {
     let mut script = Script::new(words);
     let polls = script.words.len();
     let subjects = vec![Subject { position: 0, judge }];
@@ -124,7 +124,7 @@ fn a_gateway_that_does_not_tell_the_out_words_is_asked_once() {
         let mut watch = Watch::new(&mut script, at.to_vec(), EVERY, mark());
         for _ in 0..3 {
             let sight = &watch.poll().unwrap().sights[0];
-            assert_eq!((sight.out, sight.phase(), &sight.verdict), (None, None, &Verdict::Unchecked(0)));
+            assert_eq!((sight.out, sight.phase(), &sight.verdict), (None, None, &Judgement::Unchecked(0)));
         }
         assert_eq!(script.asked_out, asked);
     }
@@ -141,8 +141,8 @@ fn a_failed_poll_is_told_and_the_next_is_made_all_the_same() {
     let poll = watch.poll().unwrap();
     let sight = &poll.sights[0];
     assert_eq!((sight.input, sight.out, sight.age), (None, None, None));
-    assert_eq!((&sight.verdict, poll.link.len()), (&Verdict::NoAnswer(LOST), 0));
-    assert_eq!(watch.poll().unwrap().sights[0].verdict, Verdict::Valid(6));
+    assert_eq!((&sight.verdict, poll.link.len()), (&Judgement::NoAnswer(LOST), 0));
+    assert_eq!(watch.poll().unwrap().sights[0].verdict, Judgement::Valid(6));
 }
 
 #[test]
@@ -199,7 +199,7 @@ fn the_phases_are_those_of_bit_31_in_both_words() {
 #[test]
 fn with_all_parameters_everything_is_judged() {
     let words = [0, 9_999, 10_000, 0x0100_0000, 0x2000_0000, 0x8200_270F, 1].map(Ok);
-    let found: Vec<_> = verdicts(ten_turns(), words).iter().map(Verdict::word).collect();
+    let found: Vec<_> = verdicts(ten_turns(), words).iter().map(Judgement::word).collect();
     let range = "implausible_range";
     assert_eq!(found, ["valid", "valid", range, "implausible_bits", "faulty", "in_service", "valid"]);
     // 500 ms at 6000 rpm are 50 turns, so only something faster than the whole range is impossible: poll faster.
@@ -209,7 +209,7 @@ fn with_all_parameters_everything_is_judged() {
     let mut watch = Watch::new(&mut script, at, plan, mark());
     watch.poll();
     let sight = &watch.poll().unwrap().sights[0];
-    assert!(matches!(sight.verdict, Verdict::Implausible(Why::Speed { .. })), "{sight:?}");
+    assert!(matches!(sight.verdict, Judgement::Implausible(Why::Speed { .. })), "{sight:?}");
     assert!(matches!(sight.stop, Some(Stop::Implausible(Why::Speed { .. }))));
 }
 
@@ -218,9 +218,9 @@ fn without_parameters_nothing_is_called_valid_or_wrongly_implausible() {
     for model in encoring_words::model::MODELS {
         let words = [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Ok);
         let found = verdicts(blind(model), words);
-        assert_eq!(found, [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Verdict::Unchecked), "{model}");
+        assert_eq!(found, [0, 0xFF_FFFF, 0x80_0000, 1, 0x12_3456].map(Judgement::Unchecked), "{model}");
         let found = verdicts(blind(model), [0x4000_0000, 0x2000_0001, 0x8800_0000].map(Ok));
-        let found: Vec<_> = found.iter().map(Verdict::word).collect();
+        let found: Vec<_> = found.iter().map(Judgement::word).collect();
         assert_eq!(found, ["implausible_bits", "faulty", "in_service"], "{model}");
     }
     assert_eq!(blind(Model::Ce65M).blind(), [Blind::Code, Blind::Range, Blind::Motion]);
@@ -233,11 +233,11 @@ fn the_measuring_length_alone_is_enough_to_judge_the_range() {
     let judge = Judge::new(Model::Ce100M, None, &[(Parameter::MeasuringLength, 9_999)], STALE).unwrap();
     assert_eq!(judge.blind(), [Blind::Motion]);
     let found = verdicts(judge, [0, 9_999, 10_000].map(Ok));
-    assert_eq!(found[..2], [Verdict::Unchecked(0), Verdict::Unchecked(9_999)]);
-    assert!(matches!(found[2], Verdict::Implausible(Why::Range { .. })));
+    assert_eq!(found[..2], [Judgement::Unchecked(0), Judgement::Unchecked(9_999)]);
+    assert!(matches!(found[2], Judgement::Implausible(Why::Range { .. })));
     // Not while the code is unknown: 9999 in Gray code is 13448.
     let judge = Judge::new(Model::Ce65M, None, &[(Parameter::MeasuringLength, 9_999)], STALE).unwrap();
-    assert_eq!(verdicts(judge, [Ok(13_448)]), [Verdict::Unchecked(13_448)]);
+    assert_eq!(verdicts(judge, [Ok(13_448)]), [Judgement::Unchecked(13_448)]);
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn the_reply_to_a_data_check_tells_the_status() {
     let unknown = ErrorStatus::UNKNOWN_COMMAND;
     assert_eq!(
         found,
-        [Verdict::Faulty(None), Verdict::Faulty(Some(unknown)), Verdict::Faulty(Some(unknown))]
+        [Judgement::Faulty(None), Judgement::Faulty(Some(unknown)), Judgement::Faulty(Some(unknown))]
     );
 }
 
@@ -276,13 +276,13 @@ fn after_somebody_has_written_parameters_what_was_known_counts_no_longer() {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
         judge.judge(Instant(1), Ok(seen)).0
     };
-    assert_eq!(see(1), Verdict::Valid(1));
+    assert_eq!(see(1), Judgement::Valid(1));
     // A refused write changes nothing, nor does a read.
     assert_eq!(see(0xE200_0000).word(), "faulty");
-    assert_eq!(see(0x8200_270F), Verdict::InService);
-    assert_eq!(see(1), Verdict::Valid(1));
-    assert_eq!(see(0xC200_FFFF), Verdict::InService);
-    assert_eq!(see(50_000), Verdict::Unchecked(50_000));
+    assert_eq!(see(0x8200_270F), Judgement::InService);
+    assert_eq!(see(1), Judgement::Valid(1));
+    assert_eq!(see(0xC200_FFFF), Judgement::InService);
+    assert_eq!(see(50_000), Judgement::Unchecked(50_000));
     assert!(judge.blind().contains(&Blind::Changed));
     assert_eq!(judge.measuring_length(), None);
 }
@@ -294,11 +294,11 @@ fn after_a_preset_adjustment_the_next_position_is_taken_as_it_comes() {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
         judge.judge(Instant(ms * 1_000_000), Ok(seen)).0
     };
-    assert_eq!(see(0, 0), Verdict::Valid(0));
-    assert!(matches!(see(1, 5_000), Verdict::Implausible(Why::Speed { .. })));
-    assert_eq!(see(2, 0), Verdict::Valid(0));
-    assert_eq!(see(3, 0xC600_1388), Verdict::InService);
-    assert_eq!(see(4, 5_000), Verdict::Valid(5_000));
+    assert_eq!(see(0, 0), Judgement::Valid(0));
+    assert!(matches!(see(1, 5_000), Judgement::Implausible(Why::Speed { .. })));
+    assert_eq!(see(2, 0), Judgement::Valid(0));
+    assert_eq!(see(3, 0xC600_1388), Judgement::InService);
+    assert_eq!(see(4, 5_000), Judgement::Valid(5_000));
 }
 
 #[test]
@@ -316,14 +316,14 @@ fn a_jump_is_over_after_ten_positions_that_fit_one_another() {
 
 #[test]
 fn every_verdict_has_one_word_of_its_own() {
-    let mut words = Verdict::WORDS.to_vec();
+    let mut words = Judgement::WORDS.to_vec();
     words.sort_unstable();
     words.dedup();
-    assert_eq!(words.len(), Verdict::WORDS.len());
+    assert_eq!(words.len(), Judgement::WORDS.len());
     assert!(words.iter().all(|word| word.bytes().all(|byte| byte == b'_' || byte.is_ascii_lowercase())));
-    assert_eq!(Verdict::NoAnswer(LOST).word(), "no_answer_no_connection");
+    assert_eq!(Judgement::NoAnswer(LOST).word(), "no_answer_no_connection");
     assert_eq!(
-        Verdict::NoAnswer(BusError::NoEncoder { position: 0, encoders: 0 }).word(),
+        Judgement::NoAnswer(BusError::NoEncoder { position: 0, encoders: 0 }).word(),
         "no_answer_no_encoder"
     );
 }

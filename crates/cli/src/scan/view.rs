@@ -4,10 +4,10 @@ use std::fmt;
 
 use encoring_modbus::inline::Directory;
 use encoring_ring::Ident;
-use encoring_ring::diagnostics::{Parameter, Place, names};
-use encoring_ring::ident::{Direction, ENCODER, Kind, Length};
+use encoring_ring::diagnostics::{DiagnosticParameter, FaultPlace, names};
+use encoring_ring::ident::{DataDirection, ENCODER, Kind, Length};
 use encoring_sim::scan::Scan;
-use encoring_station::view::Lamps;
+use encoring_station::view::LampsView;
 use serde::Serialize;
 
 /// Words that an encoder takes in each direction.
@@ -38,7 +38,7 @@ struct DeviceView {
     out: Option<[usize; WORDS]>,
     #[serde(rename = "in")]
     input: Option<[usize; WORDS]>,
-    lamps: Option<Lamps>,
+    lamps: Option<LampsView>,
 }
 
 #[derive(Serialize)]
@@ -67,12 +67,12 @@ const UNTOLD_MODEL: &str =
 
 const fn meaning(ident: Ident) -> &'static str {
     match ident.kind() {
-        Kind::Digital(Direction::Out) => "digital, OUT",
-        Kind::Digital(Direction::In) => "digital, IN",
-        Kind::Digital(Direction::Both) => "digital, IN and OUT",
-        Kind::Analogue(Direction::Out) => "analogue, OUT",
-        Kind::Analogue(Direction::In) => "analogue, IN",
-        Kind::Analogue(Direction::Both) => "analogue, IN and OUT",
+        Kind::Digital(DataDirection::Out) => "digital, OUT",
+        Kind::Digital(DataDirection::In) => "digital, IN",
+        Kind::Digital(DataDirection::Both) => "digital, IN and OUT",
+        Kind::Analogue(DataDirection::Out) => "analogue, OUT",
+        Kind::Analogue(DataDirection::In) => "analogue, IN",
+        Kind::Analogue(DataDirection::Both) => "analogue, IN and OUT",
         Kind::Other(_) => "not known here",
     }
 }
@@ -109,7 +109,7 @@ impl ScanView {
     pub(super) fn of_ring(address: &str, scan: &Scan) -> Self {
         let configured = scan.world.places().len();
         let devices = (0..configured).map(|position| {
-            let other = scan.other.filter(|_| scan.place == Some(Place::Device(position)));
+            let other = scan.other.filter(|_| scan.place == Some(FaultPlace::Device(position)));
             let found = scan.found.get(position).copied();
             let address = [WORDS * position, WORDS * position + 1];
             DeviceView {
@@ -123,7 +123,7 @@ impl ScanView {
                 ident: found.or(other).map(IdentView::new),
                 out: Some(address),
                 input: Some(address),
-                lamps: Lamps::of(&scan.world, position),
+                lamps: LampsView::of(&scan.world, position),
             }
         });
         Self {
@@ -131,9 +131,9 @@ impl ScanView {
             simulated: true,
             result: match scan.place {
                 None if scan.is_whole() => "complete",
-                Some(Place::Segment(_)) => "bad_segment",
-                Some(Place::Device(_)) => "other_device",
-                Some(Place::Nowhere) => "no_answer",
+                Some(FaultPlace::Segment(_)) => "bad_segment",
+                Some(FaultPlace::Device(_)) => "other_device",
+                Some(FaultPlace::Nowhere) => "no_answer",
                 _ => "ends_early",
             },
             configured: Some(configured),
@@ -143,7 +143,7 @@ impl ScanView {
                 status_hex: format!("{:04X}", scan.status),
                 status: names(scan.status).collect(),
                 parameter_hex: format!("{:04X}", scan.parameter),
-                parameter: Parameter(scan.parameter).to_string(),
+                parameter: DiagnosticParameter(scan.parameter).to_string(),
                 place: scan.place.map(|place| place.to_string()),
                 took_ns: scan.took.as_nanos(),
             }),
@@ -202,7 +202,7 @@ impl fmt::Display for DeviceView {
         }
         let pair = |pair: Option<[usize; WORDS]>| pair.map_or("-".to_owned(), |[a, b]| format!("{a}, {b}"));
         write!(f, "{:<10}  {:<10}", pair(self.out), pair(self.input))?;
-        if let Some(Lamps { u, ba, rc, rd }) = self.lamps {
+        if let Some(LampsView { u, ba, rc, rd }) = self.lamps {
             write!(f, "  {:<2}  {:<2}  {:<2}  {}", lamp(u), lamp(ba), lamp(rc), lamp(rd))?;
         }
         writeln!(f)

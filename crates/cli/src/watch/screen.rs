@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use encoring_bus::{Blind, Verdict};
-use encoring_station::view::Lamps;
+use encoring_bus::{Blind, Judgement};
+use encoring_station::view::LampsView;
 use encoring_words::word::{DATA, ERROR_BIT, READ_WRITE_BIT, RESERVE_BIT, SERVICE, SERVICE_BIT};
 use encoring_words::{Duration, Service};
 use ratatui::Frame;
@@ -246,13 +246,13 @@ enum Size {
     Big,
 }
 
-const fn mood(verdict: &Verdict) -> Style {
+const fn mood(verdict: &Judgement) -> Style {
     let color = match verdict {
-        Verdict::Valid(_) => Color::Green,
-        Verdict::Unchecked(_) => Color::Cyan,
-        Verdict::InService => Color::Blue,
-        Verdict::Stale { .. } | Verdict::NoAnswer(_) => Color::Yellow,
-        Verdict::Faulty(_) | Verdict::Implausible(_) => Color::Red,
+        Judgement::Valid(_) => Color::Green,
+        Judgement::Unchecked(_) => Color::Cyan,
+        Judgement::InService => Color::Blue,
+        Judgement::Stale { .. } | Judgement::NoAnswer(_) => Color::Yellow,
+        Judgement::Faulty(_) | Judgement::Implausible(_) => Color::Red,
     };
     Style::new().fg(color)
 }
@@ -363,8 +363,8 @@ fn word(name: &str, word: Option<u32>, width: usize) -> Line<'static> {
     Line::raw(text)
 }
 
-fn lamps(lamps: Option<Lamps>) -> Vec<Span<'static>> {
-    let Some(Lamps { u, ba, rc, rd }) = lamps else {
+fn lamps(lamps: Option<LampsView>) -> Vec<Span<'static>> {
+    let Some(LampsView { u, ba, rc, rd }) = lamps else {
         return vec![Span::raw("lamps cannot be seen from here")];
     };
     let lamp = |name: &'static str, on: bool| match on {

@@ -1,10 +1,10 @@
 //! What is shown of an encoder: the same for the screen, for lines and for programs.
 
 use encoring_bus::watch::{HandshakePhase, Poll, Sight};
-use encoring_bus::{Blind, Judge, Link, Verdict};
+use encoring_bus::{Blind, Judge, Judgement, Link};
 use encoring_host::service::Check;
 use encoring_host::validity::Stop;
-use encoring_station::view::Lamps;
+use encoring_station::view::LampsView;
 use encoring_words::word::{In, ServiceNumber};
 use encoring_words::{Access, Duration, InWord};
 use serde::Serialize;
@@ -28,7 +28,7 @@ pub(crate) struct Seen {
     pub(crate) input: Option<String>,
     pub(crate) phase: Option<&'static str>,
     pub(crate) age_ns: Option<u64>,
-    pub(crate) lamps: Option<Lamps>,
+    pub(crate) lamps: Option<LampsView>,
     pub(crate) cannot_judge: Vec<&'static str>,
     pub(crate) status: Option<StatusView>,
     /// The verdict in sentences; empty if all is well.
@@ -41,9 +41,9 @@ pub(crate) struct Seen {
 
 impl Seen {
     /// `lamps` are those of a simulated encoder.
-    pub(crate) fn new(sight: &Sight, judge: &Judge, lamps: Option<Lamps>) -> Self {
+    pub(crate) fn new(sight: &Sight, judge: &Judge, lamps: Option<LampsView>) -> Self {
         let status = match sight.verdict {
-            Verdict::Faulty(Some(status)) => {
+            Judgement::Faulty(Some(status)) => {
                 Some(StatusView::of(Check { status, remains: true }, judge.model()))
             }
             _ => None,
@@ -78,9 +78,11 @@ impl Seen {
 
 fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
     match &sight.verdict {
-        Verdict::Valid(_) | Verdict::Unchecked(_) => Vec::new(),
-        Verdict::Stale { age } => vec![format!("the word may be {} old: the ring stands still", span(*age))],
-        Verdict::Faulty(_) => {
+        Judgement::Valid(_) | Judgement::Unchecked(_) => Vec::new(),
+        Judgement::Stale { age } => {
+            vec![format!("the word may be {} old: the ring stands still", span(*age))]
+        }
+        Judgement::Faulty(_) => {
             let mut text = vec!["an error is pending: make the machine safe first".to_owned()];
             match status {
                 Some(status) => text.extend(status.to_string().lines().map(|line| line.trim().to_owned())),
@@ -89,9 +91,9 @@ fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
             }
             text
         }
-        Verdict::InService => vec![reply(sight.input.unwrap_or_default())],
-        Verdict::Implausible(why) => vec![why.to_string()],
-        Verdict::NoAnswer(error) => vec![error.to_string()],
+        Judgement::InService => vec![reply(sight.input.unwrap_or_default())],
+        Judgement::Implausible(why) => vec![why.to_string()],
+        Judgement::NoAnswer(error) => vec![error.to_string()],
     }
 }
 

@@ -3,9 +3,9 @@
 use encoring_bus::BusError;
 use encoring_bus::Cause;
 use encoring_bus::watch::Sight;
-use encoring_bus::{Judge, Verdict};
+use encoring_bus::{Judge, Judgement};
 use encoring_host::validity::Why;
-use encoring_station::view::Lamps;
+use encoring_station::view::LampsView;
 use encoring_words::model::Sensor;
 use encoring_words::parameter::Parameter;
 use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord};
@@ -21,7 +21,7 @@ const SENSOR: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
 const GATEWAY: &str = "modbus-tcp://192.168.1.10";
 
 /// What is seen of an encoder of which all is known, or nothing.
-fn sight(position: usize, out: u32, input: u32, verdict: Verdict) -> Sight {
+fn sight(position: usize, out: u32, input: u32, verdict: Judgement) -> Sight {
     Sight {
         position,
         at: Instant(12_345_678_900),
@@ -77,8 +77,8 @@ fn all_fine() -> Vec<Seen> {
     (0..3)
         .map(|position| {
             let value = 1_234 * (position as u32 + 1);
-            let sight = sight(position, 0, value, Verdict::Valid(value));
-            let lamps = Lamps { u: true, ba: true, rc: true, rd: position == 2 };
+            let sight = sight(position, 0, value, Judgement::Valid(value));
+            let lamps = LampsView { u: true, ba: true, rc: true, rd: position == 2 };
             Seen::new(&sight, &known(), Some(lamps))
         })
         .collect()
@@ -93,9 +93,9 @@ fn a_simulated_ring_on_which_all_is_well() {
 fn troubled() -> Vec<Seen> {
     let status = ErrorStatus::LENGTH_TOO_LARGE | ErrorStatus::UNKNOWN_COMMAND;
     vec![
-        real(&sight(0, 0, 0x2000_04D2, Verdict::Faulty(None)), &unknown(Model::La66)),
-        real(&sight(1, 0, 0x2000_04D2, Verdict::Faulty(Some(status))), &unknown(Model::Ce100M)),
-        real(&sight(2, 0, 0x04D2, Verdict::Unchecked(0x04D2)), &unknown(Model::Ce65M)),
+        real(&sight(0, 0, 0x2000_04D2, Judgement::Faulty(None)), &unknown(Model::La66)),
+        real(&sight(1, 0, 0x2000_04D2, Judgement::Faulty(Some(status))), &unknown(Model::Ce100M)),
+        real(&sight(2, 0, 0x04D2, Judgement::Unchecked(0x04D2)), &unknown(Model::Ce65M)),
     ]
 }
 
@@ -108,10 +108,10 @@ fn errors_are_told_with_what_is_known_of_them() {
 }
 
 fn in_service() -> Vec<Seen> {
-    let implausible = Verdict::Implausible(Why::Range { value: 10_000, measuring_length: 9_999 });
+    let implausible = Judgement::Implausible(Why::Range { value: 10_000, measuring_length: 9_999 });
     vec![
-        real(&sight(0, 0xC200_270F, 0xC200_270F, Verdict::InService), &known()),
-        real(&sight(1, 0xC200_270F, 1_234, Verdict::Valid(1_234)), &known()),
+        real(&sight(0, 0xC200_270F, 0xC200_270F, Judgement::InService), &known()),
+        real(&sight(1, 0xC200_270F, 1_234, Judgement::Valid(1_234)), &known()),
         real(&sight(2, 0, 0x0000_2710, implausible), &known()),
     ]
 }
@@ -122,7 +122,7 @@ fn a_service_is_seen_with_its_step_of_the_handshake() {
     insta::assert_snapshot!("in_service_120x40", drawn(&mut screen(GATEWAY, in_service(), vec![]), LARGE));
 }
 
-fn lost(verdict: Verdict) -> Seen {
+fn lost(verdict: Judgement) -> Seen {
     let sight = sight(1, 0, 0, verdict);
     real(&Sight { input: None, age: None, out: None, ..sight }, &known())
 }
@@ -130,16 +130,16 @@ fn lost(verdict: Verdict) -> Seen {
 #[test]
 fn a_link_that_is_down_leaves_the_last_position_as_history() {
     let before = [
-        real(&sight(0, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
-        real(&sight(1, 0, 0x0000_04D2, Verdict::Valid(1_234)), &known()),
+        real(&sight(0, 0, 0x0000_04D2, Judgement::Valid(1_234)), &known()),
+        real(&sight(1, 0, 0x0000_04D2, Judgement::Valid(1_234)), &known()),
     ];
     let cause = BusError::NoConnection(Cause::System(std::io::ErrorKind::ConnectionRefused));
     for (size, name) in [(SMALL, "link_down_80x24"), (LARGE, "link_down_120x40")] {
         let before = before.iter().map(|seen| real(&seen.sight, &known())).collect();
         let mut screen = screen(GATEWAY, before, vec![link("link_up", "connected")]);
-        let stale = Verdict::Stale { age: Duration::from_millis(1_250) };
+        let stale = Judgement::Stale { age: Duration::from_millis(1_250) };
         let seen =
-            vec![real(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Verdict::NoAnswer(cause.clone()))];
+            vec![real(&sight(0, 0, 0x0000_04D2, stale), &known()), lost(Judgement::NoAnswer(cause.clone()))];
         let failed = || link("link_failed", "no connection: connection refused; next attempt in 200 ms");
         let down = link("link_down", "connection lost after 1.4 s: no answer within 1 s");
         screen.take(Update { polls: 43, seen, news: vec![down, failed(), failed()] });
@@ -149,9 +149,9 @@ fn a_link_that_is_down_leaves_the_last_position_as_history() {
 
 fn full_ring() -> Vec<Seen> {
     let verdict = |position: u32| match position {
-        3 => (0x2000_0000, Verdict::Faulty(None)),
-        5 => (0x8800_0000, Verdict::InService),
-        _ => (position * 70, Verdict::Valid(position * 70)),
+        3 => (0x2000_0000, Judgement::Faulty(None)),
+        5 => (0x8800_0000, Judgement::InService),
+        _ => (position * 70, Judgement::Valid(position * 70)),
     };
     (0..128).map(|k| real(&sight(k, 0, verdict(k as u32).0, verdict(k as u32).1), &known())).collect()
 }

@@ -8,7 +8,7 @@ mod serial;
 use crate::place::WordOrder;
 use crate::plain::image;
 use crate::registers::RegisterMap;
-use crate::{Counters, Options, serve};
+use crate::{Options, ServerCounts, serve};
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ impl Server {
                 let stopped = async {
                     let _ = stopped.await;
                 };
-                serve(listener, served, options, Arc::new(Counters::default()), stopped).await;
+                serve(listener, served, options, Arc::new(ServerCounts::default()), stopped).await;
             });
         });
         Self { address: told.recv().unwrap(), image, stop: Some(stop), thread: Some(thread) }

@@ -17,7 +17,7 @@ const ENCODERS: usize = 3;
 struct Server {
     address: SocketAddr,
     image: SharedImage,
-    counters: Arc<Counters>,
+    counters: Arc<ServerCounts>,
     stop: oneshot::Sender<()>,
     task: JoinHandle<()>,
 }
@@ -27,7 +27,7 @@ impl Server {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let image = SharedImage::new(image(ENCODERS));
-        let counters = Arc::new(Counters::default());
+        let counters = Arc::new(ServerCounts::default());
         let (stop, stopped) = oneshot::channel();
         let stopped = async move {
             let _ = stopped.await;
@@ -332,9 +332,9 @@ async fn an_idle_connection_is_closed() {
 }
 
 /// A conversation in virtual time.
-fn converse_with(capacity: usize) -> (DuplexStream, Arc<Counters>, JoinHandle<()>) {
+fn converse_with(capacity: usize) -> (DuplexStream, Arc<ServerCounts>, JoinHandle<()>) {
     let (client, stream) = duplex(capacity);
-    let counters = Arc::new(Counters::default());
+    let counters = Arc::new(ServerCounts::default());
     let task = {
         let counters = Arc::clone(&counters);
         let image = SharedImage::new(image(ENCODERS));
@@ -394,7 +394,7 @@ async fn accept_errors_are_counted_and_do_not_end_the_server() {
         }
         listener.poll_accept(context).map_ok(|(socket, _)| socket)
     };
-    let counters = Arc::new(Counters::default());
+    let counters = Arc::new(ServerCounts::default());
     let image = SharedImage::new(image(ENCODERS));
     let served = serve_from(accept, image, Options::default(), Arc::clone(&counters), std::future::pending());
     let served = tokio::spawn(served);
@@ -407,7 +407,7 @@ async fn accept_errors_are_counted_and_do_not_end_the_server() {
 #[tokio::test(start_paused = true)]
 async fn a_lasting_accept_error_is_met_with_patience_and_can_be_stopped() {
     let accept = |_: &mut Context<'_>| Poll::Ready(Err(io::ErrorKind::Other.into()));
-    let counters = Arc::new(Counters::default());
+    let counters = Arc::new(ServerCounts::default());
     let image = SharedImage::new(image(ENCODERS));
     let stop = sleep(Duration::from_secs(1));
     serve_from(accept, image, Options::default(), Arc::clone(&counters), stop).await;

@@ -6,7 +6,7 @@ use crate::profile::{
     CHECK_TELEGRAMS, DEVICE_DELAY_BITS, DEVICES_MAX, LOOPBACK, STILL_TELEGRAMS, TELEGRAM_BITS,
 };
 use crate::sound_slot::SoundSlot;
-use crate::telegram::{Bits, Cycle, Decoder, Part, Pause, Step, byte_of, data_telegram};
+use crate::telegram::{Bits, CycleKind, Decoder, Part, Pause, Step, byte_of, data_telegram};
 
 /// The longest data phase: the loopback word, and a word for each device of an ID cycle.
 const PHASE_BYTES_MAX: usize = 2 + 2 * DEVICES_MAX;
@@ -25,17 +25,17 @@ pub(super) struct Sender {
     bytes: [u8; PHASE_BYTES_MAX],
     length: usize,
     next: usize,
-    cycle: Cycle,
+    cycle: CycleKind,
     crc: Crc,
 }
 
 impl Sender {
     pub(super) const fn new() -> Self {
-        Self { bytes: [0; PHASE_BYTES_MAX], length: 0, next: 0, cycle: Cycle::Data, crc: Crc::NEW }
+        Self { bytes: [0; PHASE_BYTES_MAX], length: 0, next: 0, cycle: CycleKind::Data, crc: Crc::NEW }
     }
 
     /// A new frame, with its loopback word.
-    pub(super) fn compose(&mut self, cycle: Cycle) {
+    pub(super) fn compose(&mut self, cycle: CycleKind) {
         self.cycle = cycle;
         self.word(LOOPBACK);
     }
@@ -49,7 +49,7 @@ impl Sender {
     pub(super) fn clear(&mut self) {
         self.bytes.get_mut(..self.length).unwrap_or_default().fill(0);
         let Self { bytes: _, length, next, cycle, crc } = self;
-        (*length, *next, *cycle, *crc) = (0, 0, Cycle::Data, Crc::NEW);
+        (*length, *next, *cycle, *crc) = (0, 0, CycleKind::Data, Crc::NEW);
     }
 
     /// The next telegram; `None` once the frame is whole, or broken off because nothing comes home.
@@ -111,7 +111,7 @@ pub(super) struct Receiver {
 /// How a frame came to its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Closed {
-    cycle: Cycle,
+    cycle: CycleKind,
     bad: bool,
 }
 
@@ -223,7 +223,7 @@ impl Receiver {
     }
 
     /// Judges the frame. `last` is the number of the segment that leads home.
-    pub(super) fn judge(&self, cycle: Cycle, length: usize, last: usize) -> Home {
+    pub(super) fn judge(&self, cycle: CycleKind, length: usize, last: usize) -> Home {
         if self.still {
             return Home::Silent;
         }
