@@ -1,21 +1,20 @@
 //! The ring that a command works on: simulated in this process, or real behind a Modbus gateway.
 
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use encoring_bus::{Bus, BusError, EncoderMaster};
 use encoring_encoder::Unit;
-use encoring_files::Lock;
 use encoring_modbus::{Address, Client};
-use encoring_sim::{Scenario, World, state};
+use encoring_sim::state::StateFolder;
+use encoring_sim::{Scenario, World};
 use encoring_station::{SharedWorld, Simulated, Speed};
 use encoring_words::Duration;
 use encoring_words::model::Sensor;
 
 use crate::arguments::bus::{BusArguments, Encoder, Source, Target};
 use crate::arguments::{TypeLabel, built_with};
-use crate::memories::remember;
+use crate::memories::{can_be_written, not_saved};
 use crate::output::{Failure, bad_input, note};
 use crate::told::{Failed, FailureView};
 
@@ -29,13 +28,8 @@ pub(crate) struct Opened {
     pub(crate) world: Option<SharedWorld>,
     /// As it was named.
     pub(crate) address: String,
-    memories: Option<Memories>,
+    memories: Option<StateFolder>,
     stop: Arc<AtomicBool>,
-}
-
-struct Memories {
-    folder: PathBuf,
-    _lock: Lock,
 }
 
 /// What a command does with an encoder.
@@ -95,21 +89,27 @@ impl BusArguments {
         }
     }
 
-    fn simulated(&self, scenario: &Scenario, speed: Speed) -> Result<(Simulated, Option<Memories>), Failure> {
+    fn simulated(
+        &self,
+        scenario: &Scenario,
+        speed: Speed,
+    ) -> Result<(Simulated, Option<StateFolder>), Failure> {
         let mut world = World::new(scenario).map_err(bad_input)?;
-        let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
-        let memories = match &self.memories.state {
-            Some(folder) => {
-                let lock = remember(folder, &units, &mut world)?;
-                Some(Memories { folder: folder.clone(), _lock: lock })
-            }
-            None => None,
-        };
+        let memories = self.memories.open(&mut world)?;
         Ok((Simulated::new(world, speed), memories))
     }
 }
 
 impl Encoder {
+    /// The same for a command that changes something in the encoder, which has to be remembered.
+    pub(crate) fn open_to_change(&self) -> Result<(Opened, Target), Failure> {
+        let (opened, target) = self.open()?;
+        if let Some(folder) = &opened.memories {
+            can_be_written(folder)?;
+        }
+        Ok((opened, target))
+    }
+
     /// Opens the ring, and says which encoder is meant.
     pub(crate) fn open(&self) -> Result<(Opened, Target), Failure> {
         let position =
@@ -220,13 +220,9 @@ impl Opened {
             }
         }
         let (Some(world), Some(memories)) = (&self.world, &self.memories) else { return Ok(()) };
-        world.with(|world| {
-            for (position, place) in world.places().iter().enumerate() {
-                let node = place.node();
-                state::write(&memories.folder, position, node.unit(), &node.memory_at_power_off())
-                    .map_err(bad_input)?;
-            }
-            Ok(())
-        })
+        if memories.is_read_only() {
+            return Ok(());
+        }
+        world.with(|world| memories.save(world)).map_err(|error| not_saved(&error))
     }
 }

@@ -71,7 +71,7 @@ impl fmt::Display for CheckView {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("check")?;
-    let (mut opened, target) = arguments.encoder.open()?;
+    let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
     confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
     let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));

@@ -1,40 +1,45 @@
 //! The folder that holds the memories of simulated encoders.
 
-use std::fs;
-use std::io;
-use std::path::Path;
-
-use encoring_encoder::Unit;
-use encoring_files::Lock;
 use encoring_sim::World;
-use encoring_sim::state::{self, Kept};
+use encoring_sim::state::{NotSaved, Overruled, StateFolder};
 
+use crate::arguments::State;
 use crate::output::{Failure, bad_input, note};
 
-/// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
-pub(crate) fn remember(folder: &Path, units: &[Unit], world: &mut World) -> Result<Lock, Failure> {
-    // First all are read, so that a folder with one foreign file is left as it is.
-    let memories: Vec<_> = units
-        .iter()
-        .enumerate()
-        .map(|(position, unit)| state::read(folder, position, unit))
-        .collect::<Result<_, _>>()
-        .map_err(bad_input)?;
-    let problem = |cause: io::Error| bad_input(format!("--state {}: {cause}", folder.display()));
-    fs::create_dir_all(folder).map_err(problem)?;
-    let lock = Lock::on(&folder.join("lock")).map_err(problem)?;
-    let used = || bad_input(format!("--state {}: another simulation uses this folder", folder.display()));
-    let lock = lock.ok_or_else(used)?;
-    for (position, (kept, unit)) in memories.into_iter().zip(units).enumerate() {
-        let Some(Kept { memory, stale_service }) = kept else { continue };
-        if stale_service != unit.stale_service {
+impl State {
+    /// Puts the memories of earlier runs into the encoders, and keeps other runs away from the folder.
+    pub(crate) fn open(&self, world: &mut World) -> Result<Option<StateFolder>, Failure> {
+        let Some(folder) = &self.state else { return Ok(None) };
+        let folder =
+            StateFolder::open(folder, world).map_err(|error| bad_input(format!("--state {error}")))?;
+        if folder.is_read_only() {
             note(&format!(
-                "position {position}: its state file has stale_service = \"{stale_service}\", the scenario \"{}\"; \
-                 the scenario counts",
-                unit.stale_service
+                "note: --state {} cannot be written: it is read without a lock, and stays as it is",
+                folder.path().display()
             ));
         }
-        world.insert_memory(position, memory);
+        for Overruled { position, file, encoder } in folder.overruled() {
+            note(&format!(
+                "position {position}: its state file has stale_service = \"{file}\", the scenario \"{encoder}\"; \
+                 the scenario counts"
+            ));
+        }
+        Ok(Some(folder))
     }
-    Ok(lock)
+}
+
+/// Refuses a folder that cannot remember what changes.
+pub(crate) fn can_be_written(folder: &StateFolder) -> Result<(), Failure> {
+    if folder.is_read_only() {
+        let folder = folder.path().display();
+        return Err(bad_input(format!(
+            "--state {folder}: what changes cannot be kept there; nothing was done"
+        )));
+    }
+    Ok(())
+}
+
+/// What an encoder remembers is lost.
+pub(crate) fn not_saved(error: &NotSaved) -> Failure {
+    Failure::NoAnswer(format!("--state {error}"))
 }

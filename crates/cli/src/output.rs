@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 
+pub(crate) mod printer;
 pub(crate) mod ratio;
 pub(crate) mod time;
 

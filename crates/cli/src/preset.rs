@@ -80,7 +80,7 @@ impl fmt::Display for PresetView {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
-    let (mut opened, target) = arguments.encoder.open()?;
+    let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
     let told = arguments.adjust(&mut opened, target);
     opened.close()?;

@@ -50,10 +50,12 @@ impl How {
         command: &str,
         wanted: impl FnOnce(Target) -> Result<Wanted, Failure>,
     ) -> Result<Answer, Failure> {
-        if !self.dry_run {
+        let (mut opened, target) = if self.dry_run {
+            self.encoder.open()?
+        } else {
             self.encoder.ring.writing(command)?;
-        }
-        let (mut opened, target) = self.encoder.open()?;
+            self.encoder.open_to_change()?
+        };
         let Wanted { values, warnings } = wanted(target)?;
         let mut program = Program::new(target.model, target.native);
         for (parameter, value) in values {

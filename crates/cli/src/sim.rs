@@ -9,30 +9,36 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_modbus::{RegisterMap, ServerCounts, Snapshot, WordOrder};
+use encoring_modbus::{RegisterMap, ServerCounts, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
 use encoring_sim::{Level, Scenario, Waveform, World, device_line};
 use encoring_station::station::Recorder;
-use encoring_station::{Finished, Keeper, Options, RingEvent, Station, View};
+use encoring_station::{Finished, Keeper, Options, Station};
 use encoring_trace::Writer;
 use encoring_trace::wave::{Format as WaveFormat, Sink};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
-use serde::Serialize;
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
 use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace, State};
-use crate::memories::remember;
-use crate::output::{Answer, Failure, Format, bad_input, note};
+use crate::memories::can_be_written;
+use crate::output::printer::Closing;
+use crate::output::{Answer, Failure, bad_input, note};
+use report::{Addresses, Report};
+
+mod report;
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
 const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
+
+/// How long the last lines wait for their reader after a signal.
+const READER_PATIENCE: Real = Real::from_secs(1);
 
 const EXAMPLES: &str = "\
 Examples:
@@ -53,7 +59,8 @@ Examples:
 /// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
 /// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
 ///
-/// Ends on Ctrl-C, on SIGTERM and after --for, with exit code 0 and the memories saved.
+/// Ends on Ctrl-C, on SIGTERM, after --for and when nobody reads its output any more, with the memories saved. Exit
+/// codes: 0; 2 refused before the start; 3 output, recording or memories could not be written.
 #[derive(Args)]
 #[command(after_help = format!("{EXAMPLES}{}", fault::help()))]
 pub(crate) struct Arguments {
@@ -165,41 +172,68 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     }
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
+    let addresses = Addresses {
+        modbus: where_it_listens("modbus", modbus.as_ref())?,
+        control: where_it_listens("control", control.as_ref())?,
+    };
     let mut world = World::new(scenario).map_err(bad_input)?;
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
-    let _lock = match &arguments.memories.state {
-        Some(folder) => Some(remember(folder, &units, &mut world)?),
-        None => None,
-    };
+    let memories = arguments.memories.open(&mut world)?;
+    memories.as_ref().map_or(Ok(()), can_be_written)?;
     let recording = arguments.record.as_deref().map(|file| Recording::start(file, &mut world)).transpose()?;
     let (partial, record) = recording.map_or((None, None), |(partial, record)| (Some(partial), Some(record)));
     let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
+    let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
     let station = Station::start(world, options)?;
-    let keeper = match &arguments.memories.state {
-        Some(folder) => {
-            Some(Keeper::start(station.handle().clone(), folder.clone(), units.clone()).map_err(bad_input)?)
-        }
-        None => None,
-    };
+    let keeper = memories.map(|folder| Keeper::start(station.handle().clone(), folder, units.clone()));
+    let served = modbus.is_some().then(Arc::<ServerCounts>::default);
+    let stop = serve(arguments, &station, modbus, control, units, served.clone());
 
+    // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
+    let mut told = report.start(station.first_view(), &addresses);
+    let progress = Progress::new(arguments.lasting.lasting);
+    let mut patience = None;
+    if told.is_ok() {
+        tokio::select! {
+            () = signalled.notified() => patience = Some(READER_PATIENCE),
+            ended = finished(&station, &progress, &mut report) => told = ended,
+        }
+    }
+    drop((progress, stop));
+    let outcome = station.stop().map_err(bad_input)?;
+    let saved = keeper.map_or(Ok(()), |keeper| keeper.finish(&outcome.memories));
+    let recorded = finish_recording(partial, &outcome);
+    let told = told
+        .and_then(|()| report.events(&outcome.events))
+        .and_then(|()| served.map_or(Ok(()), |counters| report.served(counters.snapshot())))
+        .and_then(|()| report.stopped(&outcome.view));
+    let printed = printed(report.close(), patience, &signalled).await;
+    let troubles: Vec<String> = [saved.map_err(|error| format!("--state {error}")), recorded]
+        .into_iter()
+        .filter_map(Result::err)
+        .collect();
+    if !troubles.is_empty() {
+        return Err(Failure::NoAnswer(troubles.join("; ")));
+    }
+    told.and(printed)?;
+    Ok(Answer::Yes)
+}
+
+/// Lets others at the ring until what this gives is dropped.
+fn serve(
+    arguments: &Arguments,
+    station: &Station,
+    modbus: Option<TcpListener>,
+    control: Option<TcpListener>,
+    units: Vec<Unit>,
+    served: Option<Arc<ServerCounts>>,
+) -> watch::Sender<()> {
     let (stop, stopped) = watch::channel(());
     let until_stopped = |mut stopped: watch::Receiver<()>| async move {
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
-    let mut report = Report {
-        format: arguments.output.format,
-        layout: arguments.layout,
-        next_event: 0,
-        counters: arguments.counters,
-        next_counters_ns: arguments.counters.map_or(0, Duration::as_nanos),
-        modbus: where_it_listens("modbus", modbus.as_ref())?,
-        control: where_it_listens("control", control.as_ref())?,
-    };
-    report.start(station.first_view())?;
-
-    let served = modbus.is_some().then(Arc::<ServerCounts>::default);
-    if let Some((listener, counters)) = modbus.zip(served.clone()) {
+    if let Some((listener, counters)) = modbus.zip(served) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,
             word_order: arguments.word_order,
@@ -207,48 +241,25 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
             idle: Real::from_secs(u64::from(arguments.modbus_idle)),
         };
         let image = station.handle().image().clone();
-        tokio::spawn(encoring_modbus::serve(
-            listener,
-            image,
-            options,
-            counters,
-            until_stopped(stopped.clone()),
-        ));
+        let until = until_stopped(stopped.clone());
+        tokio::spawn(encoring_modbus::serve(listener, image, options, counters, until));
     }
     if let Some(listener) = control {
         let options = encoring_control::Options::default();
         let ring = station.handle().clone();
-        tokio::spawn(encoring_control::serve(listener, ring, units.clone(), options, until_stopped(stopped)));
+        tokio::spawn(encoring_control::serve(listener, ring, units, options, until_stopped(stopped)));
     }
-    let progress = Progress::new(arguments.lasting.lasting);
-    tokio::select! {
-        () = signalled.notified() => {}
-        ended = finished(&station, &progress, &mut report) => ended?,
-    }
-    drop(progress);
-    drop(stop);
-
-    let outcome = station.stop().map_err(bad_input)?;
-    if let Some(keeper) = keeper {
-        keeper.finish(&outcome.memories).map_err(bad_input)?;
-    }
-    finish_recording(partial, &outcome)?;
-    report.events(&outcome.events)?;
-    if let Some(counters) = served {
-        report.served(counters.snapshot())?;
-    }
-    report.end(&outcome.view)?;
-    Ok(Answer::Yes)
+    stop
 }
 
 /// Waits until the ring has stopped by itself, and tells meanwhile what happens on it.
 async fn finished(station: &Station, progress: &Progress, report: &mut Report) -> io::Result<()> {
     while !station.is_finished() {
         progress.show(station);
-        if let Ok(events) = station.handle().events(report.next_event) {
+        if let Ok(events) = station.handle().events(report.next_event()) {
             report.events(&events)?;
         }
-        if report.counters.is_some()
+        if report.tells_counters()
             && let Ok(view) = station.handle().view()
         {
             report.counters(&view)?;
@@ -256,6 +267,26 @@ async fn finished(station: &Station, progress: &Progress, report: &mut Report) -
         tokio::time::sleep(LOOK_EVERY).await;
     }
     Ok(())
+}
+
+/// Waits for the reader of the last lines: as long as it takes, or only so long if a signal ended the simulation.
+async fn printed(closing: Closing, patience: Option<Real>, signalled: &Notify) -> io::Result<()> {
+    let all = async {
+        while !closing.is_done() {
+            tokio::time::sleep(LOOK_EVERY).await;
+        }
+    };
+    let enough = async {
+        match patience {
+            Some(patience) => tokio::time::sleep(patience).await,
+            None => signalled.notified().await,
+        }
+    };
+    tokio::select! {
+        () = all => {}
+        () = enough => {}
+    }
+    closing.end()
 }
 
 /// Refuses a recording that could not be finished, or whose end would cost something else: it takes the place of what
@@ -317,16 +348,16 @@ fn waveform(format: WaveFormat, sink: BufWriter<File>, world: &mut World) -> io:
     Waveform::new(format, sink, writer, world).map(|waveform| Recorder::Waveform(Box::new(waveform)))
 }
 
-fn finish_recording(recording: Option<Recording>, outcome: &Finished) -> Result<(), Failure> {
+fn finish_recording(recording: Option<Recording>, outcome: &Finished) -> Result<(), String> {
     let Some(Recording { file, partial }) = recording else { return Ok(()) };
     if let Err(cause) = &outcome.recording {
-        return Err(bad_input(format!(
+        return Err(format!(
             "--record {}: {cause}; what was written is in {}",
             file.display(),
             partial.display()
-        )));
+        ));
     }
-    fs::rename(&partial, &file).map_err(|cause| bad_input(format!("--record {}: {cause}", file.display())))
+    fs::rename(&partial, &file).map_err(|cause| format!("--record {}: {cause}", file.display()))
 }
 
 /// A bar on the terminal for a run whose end is known.
@@ -368,185 +399,4 @@ fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Op
         ));
     }
     Ok(Some(address.to_string()))
-}
-
-/// What is printed.
-struct Report {
-    format: Format,
-    layout: RegisterMap,
-    /// Number of the first event not yet told.
-    next_event: u64,
-    counters: Option<Duration>,
-    next_counters_ns: u64,
-    modbus: Option<String>,
-    control: Option<String>,
-}
-
-/// The first line for programs.
-#[derive(Serialize)]
-struct Listening<'a> {
-    event: &'static str,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    modbus: Option<&'a str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    control: Option<&'a str>,
-}
-
-/// What the Modbus server has seen, the line before the last.
-#[derive(Serialize)]
-struct Served {
-    event: &'static str,
-    requests: u64,
-    exceptions: u64,
-    closed: Closed,
-    accept_errors: u64,
-}
-
-/// Connections that the server closed, and why.
-#[derive(Serialize)]
-struct Closed {
-    bad_frames: u64,
-    idle: u64,
-    too_many: u64,
-}
-
-/// A line of counters for programs, and the last of all.
-#[derive(Serialize)]
-struct CountersLine<'a> {
-    event: &'static str,
-    time_ns: u64,
-    #[serde(flatten)]
-    counters: encoring_station::view::Counters,
-    segment_faults: &'a [u16],
-}
-
-impl Report {
-    fn start(&self, view: &View) -> io::Result<()> {
-        let (modbus, control) = (self.modbus.as_deref(), self.control.as_deref());
-        let mut out = io::stdout().lock();
-        if self.format == Format::Json {
-            let line = Listening { event: "listening", modbus, control };
-            writeln!(out, "{}", serde_json::to_string(&line)?)?;
-            return out.flush();
-        }
-        let encoders = match view.devices.len() {
-            1 => "1 encoder".to_owned(),
-            several => format!("{several} encoders"),
-        };
-        writeln!(
-            out,
-            "{encoders} on a simulated ring, a cycle every {}",
-            Duration::from_nanos(view.cycle_ns)
-        )?;
-        let places = |position| self.layout.places(position, view.devices.len());
-        let [out_head, in_head] = places(0).map(|(table, _)| table);
-        // Registers of the Inline layout have four digits.
-        let wide = if self.layout == RegisterMap::Inline { 10 } else { 8 };
-        let in_head = format!("IN {in_head}");
-        writeln!(out, "position  device  model     OUT {out_head}  {in_head:<wide$}  position now")?;
-        for device in &view.devices {
-            let [out_registers, in_registers] =
-                places(device.position).map(|(_, first)| format!("{first}, {}", first + 1));
-            writeln!(
-                out,
-                "{:>8}  {:<6}  {:<8}  {out_registers:<11}  {in_registers:<wide$}  {}",
-                device.position,
-                device.device_number,
-                device.model.name(),
-                device.value.map_or_else(|| "off".to_owned(), |value| value.to_string()),
-            )?;
-        }
-        for (name, address) in [("modbus", modbus), ("control", control)] {
-            if let Some(address) = address {
-                writeln!(out, "{name} {address}")?;
-            }
-        }
-        out.flush()
-    }
-
-    fn events(&mut self, events: &[RingEvent]) -> io::Result<()> {
-        let mut out = io::stdout().lock();
-        for event in events.iter().filter(|event| event.number >= self.next_event) {
-            match self.format {
-                Format::Json => writeln!(out, "{}", serde_json::to_string(event)?)?,
-                Format::Text => writeln!(out, "{event}")?,
-            }
-        }
-        self.next_event = events.last().map_or(self.next_event, |event| event.number + 1);
-        out.flush()
-    }
-
-    fn counters(&mut self, view: &View) -> io::Result<()> {
-        let (Some(every), true) = (self.counters, view.time_ns >= self.next_counters_ns) else {
-            return Ok(());
-        };
-        let passed = view.time_ns.checked_div(every.as_nanos()).unwrap_or_default();
-        self.next_counters_ns = every.as_nanos().saturating_mul(passed.saturating_add(1));
-        let counters = view.counters;
-        let mut out = io::stdout().lock();
-        if self.format == Format::Json {
-            let segment_faults = view.diagnosis.segment_faults.as_slice();
-            let line = CountersLine { event: "counters", time_ns: view.time_ns, counters, segment_faults };
-            writeln!(out, "{}", serde_json::to_string(&line)?)?;
-        } else {
-            let (cycles, faulty, dropped) =
-                (counters.cycles, counters.faulty_cycles, counters.dropped_cycles);
-            let at = Duration::from_nanos(view.time_ns);
-            writeln!(out, "{at}: {cycles} cycles, {faulty} faulty, {dropped} dropped")?;
-        }
-        out.flush()
-    }
-
-    /// What the Modbus server has seen.
-    fn served(&self, seen: Snapshot) -> io::Result<()> {
-        let Snapshot { requests, exceptions, .. } = seen;
-        let closed = Closed {
-            bad_frames: seen.closed_bad_frames,
-            idle: seen.closed_idle,
-            too_many: seen.refused_connections,
-        };
-        let mut out = io::stdout().lock();
-        if self.format == Format::Json {
-            let accept_errors = seen.accept_errors;
-            let line = Served { event: "served", requests, exceptions, closed, accept_errors };
-            return writeln!(out, "{}", serde_json::to_string(&line)?);
-        }
-        if requests > 0 {
-            writeln!(out, "modbus: {requests} requests, {exceptions} of them answered with an exception")?;
-        }
-        let Closed { bad_frames, idle, too_many } = closed;
-        if bad_frames + idle + too_many > 0 {
-            writeln!(
-                out,
-                "modbus: connections closed: {bad_frames} sent no Modbus, {idle} were idle, {too_many} were too many"
-            )?;
-        }
-        if seen.accept_errors > 0 {
-            writeln!(out, "modbus: {} connections that the system could not hand over", seen.accept_errors)?;
-        }
-        Ok(())
-    }
-
-    fn end(&self, view: &View) -> io::Result<()> {
-        let mut out = io::stdout().lock();
-        let counters = view.counters;
-        let segment_faults = view.diagnosis.segment_faults.as_slice();
-        if self.format == Format::Json {
-            let line = CountersLine { event: "stopped", time_ns: view.time_ns, counters, segment_faults };
-            writeln!(out, "{}", serde_json::to_string(&line)?)?;
-        } else {
-            writeln!(
-                out,
-                "stopped after {} on the ring: {} cycles, {} faulty, {} dropped",
-                Duration::from_nanos(view.time_ns),
-                counters.cycles,
-                counters.faulty_cycles,
-                counters.dropped_cycles
-            )?;
-            for (segment, faults) in segment_faults.iter().enumerate().filter(|(_, faults)| **faults > 0) {
-                writeln!(out, "faulty cycles on segment {segment}: {faults}")?;
-            }
-        }
-        out.flush()
-    }
 }

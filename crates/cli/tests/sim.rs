@@ -170,7 +170,10 @@ fn parameters_outlive_the_program_in_its_state_folder() {
     let before: Vec<_> =
         (0..3).map(|k| fs::read(folder.path().join(format!("memories/encoder-{k}.toml")))).collect();
     let message = refused(folder.path(), &["sim", "--modbus", "off", "--state", "memories"]);
-    assert!(message.starts_with("error: memories/encoder-2.toml: no whole state file: "), "{message}");
+    assert!(
+        message.starts_with("error: --state memories/encoder-2.toml: no whole state file: "),
+        "{message}"
+    );
     let after: Vec<_> =
         (0..3).map(|k| fs::read(folder.path().join(format!("memories/encoder-{k}.toml")))).collect();
     for (before, after) in before.into_iter().zip(after) {
@@ -534,4 +537,89 @@ fn counters_are_told_while_it_runs() {
     let mut program = sim.program;
     program.kill().unwrap();
     program.wait().unwrap();
+}
+
+#[test]
+fn output_that_nobody_reads_holds_up_nothing() {
+    let (reader, mut filler) = std::io::pipe().unwrap();
+    let mut program = Command::new(PROGRAM)
+        .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"])
+        .stdout(filler.try_clone().unwrap())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::with_capacity(1, reader);
+    let mut first = String::new();
+    lines.read_line(&mut first).unwrap();
+    let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+    let connect = |name: &str| TcpStream::connect(listening[name].as_str().unwrap()).unwrap();
+    // From here on the pipe is full, and more waits behind it.
+    std::thread::spawn(move || filler.write_all(&[b'\n'; 1 << 20]));
+    let (mut client, mut control) = (connect("modbus"), connect("control"));
+    let mut answers = BufReader::new(control.try_clone().unwrap());
+    for k in 0..40 {
+        let volts = if k % 2 == 0 { 0 } else { 24 };
+        writeln!(control, r#"{{"verb":"set","position":1,"set":{{"supply_v":{volts}}}}}"#).unwrap();
+        let mut answer = String::new();
+        answers.read_line(&mut answer).unwrap();
+        assert!(answer.contains("\"ok\":true"), "{answer}");
+        if volts > 0 {
+            // Two cycles and more, until the ring is whole and the shaft moves.
+            let place = read_in(&mut client, 0);
+            while read_in(&mut client, 0) == place {}
+        }
+    }
+    let pid = program.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    assert_eq!(program.wait().unwrap().code(), Some(0));
+    drop(lines);
+}
+
+#[test]
+fn a_reader_that_leaves_ends_the_simulation_in_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--state", "memories", "--record", "ring.csv", "--counters", "0.1"];
+    let sim = Sim::start(folder.path(), &arguments);
+    assert_eq!(service(&mut sim.connect("modbus"), 2, 0xC200_270F), 0xC200_270F);
+    let mut program = sim.program;
+    drop(sim.lines);
+    assert_eq!(program.wait().unwrap().code(), Some(0));
+    assert!(!folder.path().join("ring.csv.partial").exists());
+    let replayed = run(folder.path(), &["replay", "--at", "2", "ring.csv"]);
+    assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+    let sim = Sim::start(folder.path(), &["--state", "memories"]);
+    assert_eq!(service(&mut sim.connect("modbus"), 2, 0x8200_0000), 0x8200_270F);
+    sim.end("-TERM");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_ends_the_simulation_in_order_with_3() {
+    let folder = tempfile::tempdir().unwrap();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+    let arguments = ["sim", "--modbus", "off", "--state", "memories", "--record", "ring.csv"];
+    let output =
+        Command::new(PROGRAM).current_dir(folder.path()).args(arguments).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.starts_with("error: cannot write the output: "), "{said}");
+    assert!(
+        folder.path().join("ring.csv").exists() && folder.path().join("memories/encoder-2.toml").exists()
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_state_folder_that_cannot_be_written_can_be_read_and_is_refused_to_whatever_changes_an_encoder() {
+    let read = run(Path::new("."), &["read", "--bus", "sim", "--at", "0", "--state", "/sys"]);
+    assert_eq!(read.status.code(), Some(0), "{read:?}");
+    let said = String::from_utf8(read.stderr).unwrap();
+    assert!(said.starts_with("note: --state /sys cannot be written: it is read without a lock"), "{said}");
+    for changing in [
+        &["write", "measuring-length", "9999", "--bus", "sim", "--at", "2", "--yes"][..],
+        &["sim", "--modbus", "off", "--for", "1ms"],
+    ] {
+        let said = refused(Path::new("."), &[changing, &["--state", "/sys"]].concat());
+        let refusal = "error: --state /sys: what changes cannot be kept there; nothing was done\n";
+        assert!(said.ends_with(refusal), "{said}");
+    }
 }

@@ -1,28 +1,31 @@
 //! Memory images in files: what an encoder remembers from one run to the next.
 //!
 //! One file for each position, `encoder-0.toml`, replaced atomically. The memory stands last, so a file that was cut
-//! off anywhere is noticed.
+//! off anywhere is noticed. A [`StateFolder`] holds them, and is used by one program at a time.
 
+use std::fmt;
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::unit::NoStaleService;
 use encoring_encoder::{StaleService, Unit};
-use encoring_files::{Replacement, TextError, read_text};
+use encoring_files::{Lock, Replacement, TextError, read_text};
 use encoring_words::model::Sensor;
 use serde::{Deserialize, Serialize};
 
 use crate::memory::Eeprom;
+use crate::world::{Place, World};
 
 /// The largest state file, in bytes; a whole one has some 1100.
 const FILE_BYTES_MAX: u64 = 64 * 1024;
 
-/// A file that is no state of this encoder.
-#[derive(Debug, thiserror::Error)]
+/// A file that is no state of this encoder or cannot be written, or a folder that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: {problem}", .file.display())]
 pub struct StateError {
-    /// The file.
+    /// The file, or the folder.
     pub file: PathBuf,
     /// What is wrong with it: value and limit.
     pub problem: String,
@@ -70,6 +73,118 @@ const fn sensor(unit: &Unit) -> (Option<u32>, Option<u32>) {
     }
 }
 
+/// The memories that could not be written; the others were.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NotSaved(pub Vec<StateError>);
+
+impl fmt::Display for NotSaved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, error) in self.0.iter().enumerate() {
+            write!(f, "{}{error}", if index == 0 { "" } else { "; " })?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for NotSaved {}
+
+/// The folder of a ring's memories, while a program uses it.
+#[derive(Debug)]
+pub struct StateFolder {
+    path: PathBuf,
+    /// None where nothing can be written.
+    lock: Option<Lock>,
+    overruled: Vec<Overruled>,
+}
+
+/// A file that says otherwise what its encoder makes of a stale service bit; the encoder counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overruled {
+    /// The encoder's ring position.
+    pub position: usize,
+    /// What the file has.
+    pub file: StaleService,
+    /// What the encoder has.
+    pub encoder: StaleService,
+}
+
+impl StateFolder {
+    /// Makes the folder if it is not there, keeps other programs away from it, and puts the memories of earlier runs
+    /// into the encoders. A folder that cannot be written is only read, without keeping anybody away.
+    ///
+    /// # Errors
+    /// [`StateError`] if another program uses it, or a file in it is none of the ring's; then the world is as it was.
+    pub fn open(path: &Path, world: &mut World) -> Result<Self, StateError> {
+        let error = |problem: String| StateError { file: path.to_owned(), problem };
+        fs::create_dir_all(path).map_err(|cause| error(cause.to_string()))?;
+        let lock_file = path.join("lock");
+        let lock = match Lock::on(&lock_file) {
+            Ok(Some(lock)) => Some(lock),
+            Ok(None) => return Err(error("another simulation uses this folder".to_owned())),
+            Err(cause) if is_read_only(&cause) => None,
+            Err(cause) => return Err(StateError { file: lock_file, problem: cause.to_string() }),
+        };
+        // First all are read, so that of a folder with one foreign file nothing is taken.
+        let units: Vec<Unit> = world.places().iter().map(|place| *place.node().unit()).collect();
+        let kept = units.iter().enumerate().map(|(position, unit)| read(path, position, unit));
+        let kept: Vec<_> = kept.collect::<Result<_, _>>()?;
+        let mut overruled = Vec::new();
+        for (position, (kept, unit)) in kept.into_iter().zip(&units).enumerate() {
+            let Some(Kept { memory, stale_service: file }) = kept else { continue };
+            let encoder = unit.stale_service;
+            if file != encoder {
+                overruled.push(Overruled { position, file, encoder });
+            }
+            world.insert_memory(position, memory);
+        }
+        Ok(Self { path: path.to_owned(), lock, overruled })
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// `true` if nothing can be written there.
+    #[must_use]
+    pub const fn is_read_only(&self) -> bool {
+        self.lock.is_none()
+    }
+
+    /// The files that say otherwise what their encoder makes of a stale service bit.
+    #[must_use]
+    pub fn overruled(&self) -> &[Overruled] {
+        &self.overruled
+    }
+
+    /// Writes what every encoder remembers if the supply fails now.
+    ///
+    /// # Errors
+    /// [`NotSaved`]; every one is tried.
+    pub fn save(&self, world: &World) -> Result<(), NotSaved> {
+        let nodes = world.places().iter().map(Place::node);
+        self.save_all(nodes.map(|node| (*node.unit(), node.memory_at_power_off())))
+    }
+
+    /// Writes memories, by position.
+    ///
+    /// # Errors
+    /// [`NotSaved`]; every one is tried.
+    pub fn save_all(&self, memories: impl IntoIterator<Item = (Unit, Eeprom)>) -> Result<(), NotSaved> {
+        let written = memories
+            .into_iter()
+            .enumerate()
+            .map(|(position, (unit, memory))| write(&self.path, position, &unit, &memory));
+        let errors: Vec<_> = written.filter_map(Result::err).collect();
+        if errors.is_empty() { Ok(()) } else { Err(NotSaved(errors)) }
+    }
+}
+
+fn is_read_only(cause: &io::Error) -> bool {
+    matches!(cause.kind(), io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem)
+}
+
 /// The file of the encoder at a position.
 #[must_use]
 pub fn file(folder: &Path, position: usize) -> PathBuf {
@@ -83,6 +198,10 @@ pub fn file(folder: &Path, position: usize) -> PathBuf {
 pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Kept>, StateError> {
     let file = file(folder, position);
     let error = |problem| StateError { file: file.clone(), problem };
+    // It would be replaced by a file when it is written.
+    if fs::symlink_metadata(&file).is_ok_and(|found| found.is_symlink()) {
+        return Err(error("a link; a memory is a file of its own".to_owned()));
+    }
     match read_text(&file, FILE_BYTES_MAX) {
         Err(TextError::System(cause)) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(cause) => Err(error(cause.to_string())),
@@ -149,8 +268,6 @@ pub fn write(folder: &Path, position: usize, unit: &Unit, memory: &Eeprom) -> Re
 
 #[cfg(test)]
 mod tests {
-    use std::fs;
-
     use super::*;
     use crate::node::Node;
     use encoring_words::Model;
@@ -211,5 +328,69 @@ mod tests {
         let expected = "encoder-0.toml: the memory of a ce-65-m with 8192 steps per turn; \
                         position 0 is a ce-65-m with 4096 steps per turn";
         assert!(message.ends_with(expected), "{message}");
+    }
+
+    fn world() -> World {
+        let text = "version = 1\n[[device]]\nposition = 0\nmodel = \"ce-65-m\"\n[[device]]\nposition = 1\nmodel = \"la-66\"\n";
+        World::new(&crate::Scenario::parse("s.toml", text, Path::new("")).unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_folder_is_used_by_one_program_and_read_under_its_lock() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new");
+        let used = StateFolder::open(&path, &mut world()).unwrap();
+        assert!(!used.is_read_only());
+        // Who comes second does not even look at the files.
+        fs::write(file(&path, 0), "half a file").unwrap();
+        let message = StateFolder::open(&path, &mut world()).unwrap_err().to_string();
+        assert!(message.ends_with("new: another simulation uses this folder"), "{message}");
+        drop(used);
+        let message = StateFolder::open(&path, &mut world()).unwrap_err().to_string();
+        assert!(message.contains("encoder-0.toml: no whole state file"), "{message}");
+    }
+
+    #[test]
+    fn one_memory_that_cannot_be_written_does_not_keep_the_others_from_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let world = world();
+        let state = StateFolder::open(folder.path(), &mut World::clone(&world)).unwrap();
+        fs::create_dir(file(folder.path(), 0)).unwrap();
+        let NotSaved(errors) = state.save(&world).unwrap_err();
+        assert_eq!(errors.iter().map(|error| &error.file).collect::<Vec<_>>(), [&file(folder.path(), 0)]);
+        assert!(file(folder.path(), 1).is_file());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_special_files_are_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let elsewhere = folder.path().join("elsewhere");
+        fs::write(&elsewhere, "").unwrap();
+        for name in ["encoder-1.toml", "lock"] {
+            let path = folder.path().join(name);
+            let _ = fs::remove_file(&path);
+            std::os::unix::fs::symlink(&elsewhere, &path).unwrap();
+            let error = StateFolder::open(folder.path(), &mut world()).unwrap_err();
+            assert_eq!(error.file, path);
+            fs::remove_file(&path).unwrap();
+            assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+            let error = StateFolder::open(folder.path(), &mut world()).unwrap_err();
+            assert_eq!(error.file, path);
+            fs::remove_file(&path).unwrap();
+        }
+        assert_eq!(fs::read(&elsewhere).unwrap(), b"");
+    }
+
+    #[test]
+    fn what_a_killed_run_left_of_a_memory_is_removed_with_the_next_write() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join(".encoder-3.toml.encoring-aB3dE6"), "half").unwrap();
+        fs::write(folder.path().join(".tmpaB3dE6"), "somebody's").unwrap();
+        write(folder.path(), 3, &unit(4096), &Eeprom::blank()).unwrap();
+        let mut names: Vec<_> =
+            fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        assert_eq!(names, [".tmpaB3dE6", "encoder-3.toml"]);
     }
 }

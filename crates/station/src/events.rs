@@ -16,7 +16,7 @@ use crate::json;
 pub const EVENTS_KEPT: usize = 256;
 
 /// Something that happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct RingEvent {
     /// Counted from 0 without a gap.
     pub number: u64,
@@ -28,7 +28,7 @@ pub struct RingEvent {
 }
 
 /// What can happen.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum Happened {
     /// Cycles are good throughout again.
@@ -59,6 +59,27 @@ pub enum Happened {
         /// How many since the last such event.
         cycles: u64,
     },
+    /// What an encoder remembers is not in its file; it is tried again.
+    MemoryNotSaved {
+        /// Its ring position.
+        position: usize,
+        /// Which file, and why.
+        #[serde(rename = "text")]
+        problem: String,
+    },
+    /// It is again.
+    MemorySaved {
+        /// Its ring position.
+        position: usize,
+    },
+}
+
+impl Happened {
+    /// `true` for what is lost outside the ring if nobody does anything.
+    #[must_use]
+    pub const fn is_trouble(&self) -> bool {
+        matches!(self, Self::MemoryNotSaved { .. })
+    }
 }
 
 /// A place for programs: its kind, and the segment or position if it has one.
@@ -84,7 +105,7 @@ fn at_fault<S: Serializer>(place: &FaultPlace, serializer: S) -> Result<S::Ok, S
 impl fmt::Display for RingEvent {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}: ", Duration::from_nanos(self.time_ns))?;
-        match self.what {
+        match &self.what {
             Happened::LineGood => f.write_str("the ring is whole again"),
             Happened::LineBad { segment } => write!(f, "bad check words on segment {segment}"),
             Happened::LineSilent { segment } => write!(f, "the ring is silent from segment {segment} on"),
@@ -94,6 +115,12 @@ impl fmt::Display for RingEvent {
             }
             Happened::CyclesDropped { cycles } => {
                 write!(f, "{cycles} cycles dropped, the machine was too slow")
+            }
+            Happened::MemoryNotSaved { position, problem } => {
+                write!(f, "the memory of position {position} is not saved: {problem}")
+            }
+            Happened::MemorySaved { position } => {
+                write!(f, "the memory of position {position} is saved again")
             }
         }
     }
@@ -116,7 +143,7 @@ struct List {
 
 impl List {
     fn since(&self, from: u64) -> Vec<RingEvent> {
-        self.events.iter().filter(|event| event.number >= from).copied().collect()
+        self.events.iter().filter(|event| event.number >= from).cloned().collect()
     }
 }
 
@@ -242,7 +269,8 @@ impl Events {
         self.kept.list().since(0)
     }
 
-    fn push(&self, at: Instant, what: Happened) {
+    /// Notes what has happened.
+    pub(crate) fn push(&self, at: Instant, what: Happened) {
         self.kept.push(at, what);
     }
 }

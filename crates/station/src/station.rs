@@ -14,7 +14,7 @@ use encoring_trace::wave::Sink;
 use encoring_trace::{Row, Writer};
 use encoring_words::Duration;
 
-use crate::events::{Events, Kept, RingEvent};
+use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::pace::{Pace, Speed};
 use crate::view::{Counters, View};
 
@@ -84,6 +84,7 @@ enum Request {
     Trouble { segment: usize, fault: Option<(Fault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
     Memories(SyncSender<Vec<Memory>>),
+    Tell(Happened),
     Stop,
 }
 
@@ -213,6 +214,11 @@ impl Handle {
         self.ask(Request::Memories)
     }
 
+    /// Adds something that happened beside the ring to its events; nothing if the ring no longer runs.
+    pub(crate) fn tell(&self, what: Happened) {
+        let _ = self.requests.send(Request::Tell(what));
+    }
+
     fn ask<R>(&self, request: impl FnOnce(SyncSender<R>) -> Request) -> Result<R, RingStopped> {
         let (answer, answered) = sync_channel(1);
         self.requests.send(request(answer)).map_err(|_| RingStopped)?;
@@ -337,6 +343,7 @@ impl Running {
                 });
                 let _ = answer.send(memories.collect());
             }
+            Request::Tell(what) => self.events.push(self.world.now(), what),
             Request::Stop => return Next::Stop,
         }
         Next::Go

@@ -14,6 +14,7 @@ use encoring_ring::image::Half;
 use encoring_sim::device_line::to_device;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
+use encoring_sim::state::{NotSaved, StateFolder};
 use encoring_sim::{Fault, Scenario, Waveform, World, state};
 use encoring_station::station::Recorder;
 use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station};
@@ -263,9 +264,9 @@ fn a_change_is_seen_in_the_next_view() {
     wait_for("a silent cycle", || handle.view().unwrap().line == Verdict::Silent { segment: 2 });
     handle.change(1, vec![Change::Supply(24_000)]).unwrap();
     wait_for("a good cycle", || handle.view().unwrap().line == Verdict::Good);
-    let silent = handle.wait_event(0, A_MINUTE).unwrap()[0];
+    let silent = handle.wait_event(0, A_MINUTE).unwrap().remove(0);
     assert_eq!(silent.what, Happened::LineSilent { segment: 2 });
-    let good = handle.wait_event(silent.number + 1, A_MINUTE).unwrap()[0];
+    let good = handle.wait_event(silent.number + 1, A_MINUTE).unwrap().remove(0);
     assert_eq!(good.what, Happened::LineGood);
     handle.change(0, vec![Change::Magnet(Magnet::Missing)]).unwrap();
     wait_for("the error bit", || handle.view().unwrap().devices[0].error);
@@ -323,9 +324,12 @@ fn the_keeper_writes_what_changes_and_at_the_end_the_turn_count() {
     let image = |position: usize| {
         state::read(folder.path(), position, &units[position]).unwrap().map(|kept| *kept.memory.image())
     };
-    let station = Station::start(world(), at(Speed::REAL)).unwrap();
+    let mut world = world();
+    let memories = StateFolder::open(folder.path(), &mut world).unwrap();
+    let station = Station::start(world, at(Speed::REAL)).unwrap();
     let handle = station.handle();
-    let keeper = Keeper::start(handle.clone(), folder.path().to_owned(), units.clone()).unwrap();
+    let keeper = Keeper::start(handle.clone(), memories, units.clone());
+    wait_for("the first files", || image(2).is_some());
     let first: Vec<_> = (0..3).map(|position| image(position).unwrap()).collect();
     assert_eq!(service(handle, 1, 0xC200_270F), 0xC200_270F);
     wait_for("the new memory in its file", || image(1).unwrap() != first[1]);
@@ -341,10 +345,8 @@ fn the_keeper_writes_what_changes_and_at_the_end_the_turn_count() {
         assert_eq!(image(position).unwrap(), *outcome.memories[position].image());
     }
 
-    let mut world = world();
-    for (position, unit) in units.iter().enumerate() {
-        world.insert_memory(position, state::read(folder.path(), position, unit).unwrap().unwrap().memory);
-    }
+    let mut world = self::world();
+    StateFolder::open(folder.path(), &mut world).unwrap();
     let motion = Change::Motion(NewMotion::Motion(Motion::Hold { raw: far }));
     world.change(2, &[motion]);
     let station = Station::start(world, at(Speed::REAL)).unwrap();
@@ -359,18 +361,32 @@ fn the_keeper_writes_what_changes_and_at_the_end_the_turn_count() {
 }
 
 #[test]
-fn a_keeper_without_its_folder_says_so() {
+fn a_memory_that_cannot_be_written_is_told_at_once_and_so_is_its_end_and_the_others_are_written() {
     let folder = tempfile::tempdir().unwrap();
-    let gone = folder.path().join("gone");
-    let station = Station::start(world(), at(Speed::REAL)).unwrap();
-    let refused = Keeper::start(station.handle().clone(), gone.clone(), units()).unwrap_err();
-    assert!(refused.to_string().contains("encoder-0.toml"), "{refused}");
+    let file = |position| state::file(folder.path(), position);
+    let mut world = world();
+    let memories = StateFolder::open(folder.path(), &mut world).unwrap();
+    // No file can take the place of a folder.
+    std::fs::create_dir(file(0)).unwrap();
+    let station = Station::start(world, at(Speed::REAL)).unwrap();
+    let handle = station.handle();
+    let keeper = Keeper::start(handle.clone(), memories, units());
+    wait_for("the event", || !handle.events(0).unwrap().is_empty());
+    let [event] = &handle.events(0).unwrap()[..] else { panic!("one event") };
+    let Happened::MemoryNotSaved { position: 0, problem } = &event.what else { panic!("{event:?}") };
+    assert!(problem.contains("encoder-0.toml: ") && event.what.is_trouble(), "{problem}");
+    wait_for("the others", || file(1).is_file() && file(2).is_file());
+    std::fs::remove_dir(file(0)).unwrap();
+    wait_for("the end", || handle.events(1).unwrap().len() == 1);
+    assert_eq!(handle.events(1).unwrap()[0].what, Happened::MemorySaved { position: 0 });
 
-    std::fs::create_dir(&gone).unwrap();
-    let keeper = Keeper::start(station.handle().clone(), gone.clone(), units()).unwrap();
-    std::fs::remove_dir_all(&gone).unwrap();
+    std::fs::remove_file(file(1)).unwrap();
+    std::fs::create_dir(file(1)).unwrap();
     let outcome = station.stop().unwrap();
-    assert!(keeper.finish(&outcome.memories).is_err());
+    let NotSaved(errors) = keeper.finish(&outcome.memories).unwrap_err();
+    assert_eq!(errors.iter().map(|error| &error.file).collect::<Vec<_>>(), [&file(1)]);
+    let last = state::read(folder.path(), 2, &units()[2]).unwrap().unwrap();
+    assert_eq!(last.memory.image(), outcome.memories[2].image());
 }
 
 #[test]
