@@ -119,6 +119,8 @@ pub struct ClientError {
 pub enum Answered {
     /// The peer has understood, and refuses. It will refuse the same again.
     Refused,
+    /// The peer has understood, and cannot now. It may be able to later.
+    Busy,
     /// What came is no answer to the request. The next may be.
     Garbled,
 }
@@ -208,11 +210,40 @@ impl Link {
     }
 }
 
+/// What a system's error means on a plant's network.
+const fn plain(kind: io::ErrorKind) -> &'static str {
+    match kind {
+        io::ErrorKind::ConnectionRefused => "connection refused: nothing listens at that port",
+        io::ErrorKind::ConnectionReset | io::ErrorKind::ConnectionAborted | io::ErrorKind::BrokenPipe => {
+            "the other side has closed the connection"
+        }
+        io::ErrorKind::UnexpectedEof => "the other side has closed the connection in the middle of an answer",
+        io::ErrorKind::TimedOut => "nobody answers at that address",
+        io::ErrorKind::HostUnreachable | io::ErrorKind::NetworkUnreachable => {
+            "there is no way to that address"
+        }
+        io::ErrorKind::PermissionDenied => "this user may not open it",
+        io::ErrorKind::NotFound => "there is no such device, or another program has it open",
+        io::ErrorKind::NotConnected => "it was not made",
+        io::ErrorKind::InvalidData => "what answers there is no gateway",
+        io::ErrorKind::InvalidInput => "the device does not know these settings",
+        _ => "the name is not known, or there is no way to it",
+    }
+}
+
+/// A time as people say it: below a second in whole milliseconds, else in tenths of seconds.
+fn rounded(span: Duration) -> Duration {
+    let unit = if span < Duration::from_millis(1_000) { 1_000_000 } else { 100_000_000 };
+    Duration::from_nanos((span.as_nanos() / unit).max(1) * unit)
+}
+
 impl fmt::Display for Cause {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::System(kind) => write!(f, "{kind}"),
-            Self::Waiting { last, next } => write!(f, "{last}; the next attempt is in {next}"),
+            Self::System(kind) => f.write_str(plain(*kind)),
+            Self::Waiting { last, next } => {
+                write!(f, "{}; the next attempt is in {}", plain(*last), rounded(*next))
+            }
         }
     }
 }
@@ -221,9 +252,13 @@ impl fmt::Display for Link {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Up { down_for: Duration::ZERO } => f.write_str("connected"),
-            Self::Up { down_for } => write!(f, "connected again after {down_for}"),
-            Self::Down { up_for, cause } => write!(f, "connection lost after {up_for}: {cause}"),
-            Self::Failed { cause, next } => write!(f, "no connection: {cause}; next attempt in {next}"),
+            Self::Up { down_for } => write!(f, "connected again after {}", rounded(*down_for)),
+            Self::Down { up_for, cause } => {
+                write!(f, "connection lost after {}: {cause}", rounded(*up_for))
+            }
+            Self::Failed { cause, next } => {
+                write!(f, "no connection: {}; next attempt in {}", plain(*cause), rounded(*next))
+            }
         }
     }
 }

@@ -80,7 +80,7 @@ impl Judgement {
             Self::NoAnswer(BusError::NoAnswer { .. }) => 10,
             Self::NoAnswer(BusError::NoConnection(_)) => 11,
             Self::NoAnswer(BusError::Client(client)) => match client.answered() {
-                Answered::Refused => 12,
+                Answered::Refused | Answered::Busy => 12,
                 Answered::Garbled => 13,
             },
             Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 14,

@@ -28,6 +28,8 @@ pub(crate) struct Opened {
     pub(crate) world: Option<SharedWorld>,
     /// As it was named.
     pub(crate) address: String,
+    /// How long a lost answer takes; nothing on a simulated ring.
+    timeout: Duration,
     memories: Option<StateFolder>,
     stop: Arc<AtomicBool>,
 }
@@ -75,7 +77,7 @@ impl BusArguments {
             Some(scenario) => {
                 let (bus, memories) = self.simulated(&scenario, speed)?;
                 let world = Some(bus.world().clone());
-                Ok(Opened { bus: Box::new(bus), world, address, memories, stop })
+                Ok(Opened { bus: Box::new(bus), world, address, timeout: Duration::ZERO, memories, stop })
             }
             None => {
                 if self.memories.state.is_some() {
@@ -83,8 +85,10 @@ impl BusArguments {
                         "--state is for simulated rings; a real encoder keeps its own memory",
                     ));
                 }
-                let client = Client::new(gateway(&address)?)?;
-                Ok(Opened { bus: Box::new(client), world: None, address, memories: None, stop })
+                let gateway = gateway(&address)?;
+                let timeout = gateway.timeout;
+                let client = Client::new(gateway)?;
+                Ok(Opened { bus: Box::new(client), world: None, address, timeout, memories: None, stop })
             }
         }
     }
@@ -115,11 +119,12 @@ impl Encoder {
         let position =
             self.at.ok_or_else(|| bad_input("--at POSITION is missing; positions count from 0"))?;
         let opened = self.ring.open(Speed::Max)?;
-        let target = self.target(&opened, position)?;
+        let patience = self.patience(opened.timeout)?;
+        let target = self.target(&opened, position, patience)?;
         Ok((opened, target))
     }
 
-    fn target(&self, opened: &Opened, position: usize) -> Result<Target, Failure> {
+    fn target(&self, opened: &Opened, position: usize, patience: Duration) -> Result<Target, Failure> {
         let TypeLabel { model, native: given } = self.label;
         let (model, native, source) = match opened.unit(position)? {
             Some(unit) => {
@@ -147,7 +152,7 @@ impl Encoder {
         if let Some(native) = native {
             built_with(model, native)?;
         }
-        Ok(Target { position, model, native, source })
+        Ok(Target { position, model, native, source, patience })
     }
 }
 
@@ -196,12 +201,11 @@ impl Opened {
     pub(crate) fn serve<T>(
         &mut self,
         target: Target,
-        patience: Duration,
         work: impl FnOnce(&mut EncoderMaster<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
         let stop = self.stop();
         let failure = |failed: &Failed, behind| FailureView::new(failed, target, behind).into_failure();
-        let mut master = EncoderMaster::new(&mut *self.bus, target.position, patience, stop)
+        let mut master = EncoderMaster::new(&mut *self.bus, target.position, target.patience, stop)
             .map_err(|error| failure(&Failed::Bus(error), None))?;
         let worked = work(&mut master);
         if master.may_have_left_the_service_bit() {

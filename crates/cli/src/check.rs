@@ -74,7 +74,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
     confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
-    let told = opened.serve(target, arguments.encoder.patience, |master| look_and_check(master, target));
+    let told = opened.serve(target, |master| look_and_check(master, target));
     opened.close()?;
     let view = told?;
     arguments.output.print(&view)?;

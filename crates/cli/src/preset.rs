@@ -102,7 +102,7 @@ impl Arguments {
                 FailureView::new(pending, target, None),
                 TargetView::new(target)
             ))?;
-            let checked = opened.serve(target, self.encoder.patience, |master| check(master))?;
+            let checked = opened.serve(target, |master| check(master))?;
             note(&StatusView::of(checked, target.model).to_string());
             prepared = self.prepare(opened, target)?;
         }
@@ -126,7 +126,7 @@ impl Arguments {
         if let (true, Some(moves)) = (self.consent.yes, &moves) {
             note(&format!("note: {moves}"));
         }
-        opened.serve(target, self.encoder.patience, |master| {
+        opened.serve(target, |master| {
             let report = preset.adjust(master);
             Ok(self.told(target, &report, master.last_error(), moves))
         })
@@ -134,13 +134,11 @@ impl Arguments {
 
     /// What hinders a preset adjustment is a finding; that nobody answers is none.
     fn prepare(&self, opened: &mut Opened, target: Target) -> Result<Result<Preset, Failed>, Failure> {
-        opened.serve(target, self.encoder.patience, |master| {
-            match Preset::prepare(master, target.model, self.value) {
-                Err(
-                    failed @ (Failed::ErrorPending { .. } | Failed::Refused(_) | Failed::Unreadable { .. }),
-                ) => Ok(Err(failed)),
-                prepared => prepared.map(Ok),
+        opened.serve(target, |master| match Preset::prepare(master, target.model, self.value) {
+            Err(failed @ (Failed::ErrorPending { .. } | Failed::Refused(_) | Failed::Unreadable { .. })) => {
+                Ok(Err(failed))
             }
+            prepared => prepared.map(Ok),
         })
     }
 

@@ -80,15 +80,14 @@ struct Programming<'a> {
 impl Programming<'_> {
     fn run(&self, opened: &mut Opened, program: Program) -> Result<ProgramView, Failure> {
         let Self { how, target, .. } = *self;
-        let patience = how.encoder.patience;
-        let mut prepared = opened.serve(target, patience, |master| Ok(program.prepare(master)))?;
+        let mut prepared = opened.serve(target, |master| Ok(program.prepare(master)))?;
         if how.dry_run {
             let backup = self.asked_backup(opened, &prepared)?;
             return Ok(ProgramView::planned(target, &prepared, backup));
         }
         if needs_check(&prepared) {
             confirmed(how.consent, &self.check_question())?;
-            prepared = opened.serve(target, patience, |master| Ok(prepared.check(master)))?;
+            prepared = opened.serve(target, |master| Ok(prepared.check(master)))?;
         }
         let mut backup = self.asked_backup(opened, &prepared)?;
         let check = how.check && prepared.is_programmed();
@@ -100,7 +99,7 @@ impl Programming<'_> {
                 backup = Some(self.keep(opened, &prepared, None)?);
             }
         }
-        opened.serve(target, patience, |master| {
+        opened.serve(target, |master| {
             let report = if check { prepared.run_checked(master) } else { prepared.run(master) };
             Ok(ProgramView::done(target, &report, master.last_error(), backup))
         })

@@ -132,7 +132,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Parameters::One(parameter) => vec![parameter],
     };
     opened.announce(target, Deed::Reads);
-    let told = opened.serve(target, arguments.encoder.patience, |master| look(master, target, &wanted));
+    let told = opened.serve(target, |master| look(master, target, &wanted));
     opened.close()?;
     let view = told?;
     arguments.output.print(&view)?;

@@ -1,6 +1,6 @@
 //! Where a ring is to be found, as one line of text: bus addresses such as
-//! `modbus-tcp://192.168.1.10:502?unit=1&in=holding:1000&order=low-first` or
-//! `modbus-rtu:/dev/ttyUSB0?baud=19200&parity=even`.
+//! `modbus-tcp://192.168.1.10:502?unit=1&in=holding:1000&order=low-first`, `modbus-rtu:/dev/ttyUSB0?baud=19200&parity=even`
+//! or `modbus-rtu-tcp://192.168.1.10:4001`.
 //!
 //! What is left out has its default, and is left out again when an address is printed; parsing what was printed gives
 //! the same address. The page for users is `docs/bus.md`.
@@ -12,7 +12,12 @@ use std::str::FromStr;
 
 use encoring_words::Duration;
 
+use crate::pdu::READ_MAX;
 use crate::place::{DATA, RegisterPlace, Table, WordOrder};
+
+mod options;
+
+use options::{Options, Piece};
 
 /// The port of Modbus TCP.
 pub const PORT: u16 = 502;
@@ -21,10 +26,18 @@ pub const PORT: u16 = 502;
 const TCP: &str = "modbus-tcp://";
 /// Before the device of a serial line.
 const RTU: &str = "modbus-rtu:";
+/// Before the host of a server that passes frames on to a serial line as they are.
+const RTU_TCP: &str = "modbus-rtu-tcp://";
 
 const TIMEOUT_MS: RangeInclusive<u32> = 10..=60_000;
 const SETTLE_MS: RangeInclusive<u32> = 0..=60_000;
 const BAUD: RangeInclusive<u32> = 300..=4_000_000;
+/// One word is two registers, and no word is read in two pieces.
+const REGISTERS: RangeInclusive<u32> = 2..=READ_MAX as u32;
+/// How long an answer may take, its bytes on a serial line apart.
+const TIMEOUT_DEFAULT: Duration = Duration::from_millis(500);
+/// The longest frame on a serial line, in bits: a byte has 11 with its start, parity and stop bits.
+const FRAME_BITS: u64 = 256 * 11;
 /// 0 asks every unit of a serial line and is answered by none; from 248 on the numbers are reserved.
 const RTU_UNITS: RangeInclusive<u32> = 1..=247;
 
@@ -37,12 +50,38 @@ pub struct Address {
     pub unit: u8,
     /// Which register holds what.
     pub layout: Layout,
-    /// Which half of a word comes first.
-    pub order: WordOrder,
+    /// Which half of an IN word comes first.
+    pub order_in: WordOrder,
+    /// Which half of an OUT word comes first.
+    pub order_out: WordOrder,
     /// Within this every call ends.
     pub timeout: Duration,
     /// What the gateway's scan and the ring's cycle may take at most, together.
     pub settle: Duration,
+    /// As many registers as the gateway gives in one answer, from 2 to 125.
+    pub max_registers: u16,
+    /// What may differ in an answer that is taken all the same.
+    pub accept: Accept,
+    /// Where the gateway shows the diagnosis of the ring's master, if it does.
+    pub diagnosis: DiagnosisPlaces,
+}
+
+/// What may differ in an answer that is taken all the same. Nothing, unless somebody says so: it weakens a check.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Accept {
+    /// The transaction number.
+    pub transaction: bool,
+    /// The unit identifier.
+    pub unit: bool,
+}
+
+/// Where a gateway shows the diagnosis of the ring's master, as far as it does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DiagnosisPlaces {
+    /// The register with the diagnostic status.
+    pub status: Option<RegisterPlace>,
+    /// The register with the diagnostic parameter.
+    pub parameter: Option<RegisterPlace>,
 }
 
 /// The way to a gateway.
@@ -63,8 +102,15 @@ pub enum Way {
         baud: u32,
         /// Parity bit.
         parity: Parity,
-        /// StopBits bits.
+        /// Stop bits.
         stop: StopBits,
+    },
+    /// Frames of Modbus RTU over TCP, as servers of serial devices pass them on.
+    RtuTcp {
+        /// A name or an address, an IPv6 address without its brackets.
+        host: String,
+        /// TCP port.
+        port: u16,
     },
 }
 
@@ -122,7 +168,7 @@ pub struct AddressError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum AddressProblem {
     /// It begins with no known way.
-    #[error("{given:?} begins neither with {TCP} nor with {RTU}")]
+    #[error("{given:?} begins with none of {TCP}, {RTU} and {RTU_TCP}")]
     Way {
         /// The whole text.
         given: String,
@@ -175,6 +221,16 @@ pub enum AddressProblem {
         /// What may be.
         allowed: String,
     },
+    /// A register as it is numbered on paper.
+    #[error("{key}={given}; that is {meant} here: addresses are those on the wire, from 0")]
+    Notation {
+        /// The option.
+        key: &'static str,
+        /// What was given.
+        given: String,
+        /// The same as an address has it.
+        meant: RegisterPlace,
+    },
     /// An option that means nothing in this layout.
     #[error("{key}= with layout=inline, where the OUT data follow the IN data; leave it out")]
     Misplaced {
@@ -189,12 +245,16 @@ impl Address {
     pub fn new(way: Way) -> Self {
         let layout = Layout::Plain { out: 0, input: RegisterPlace { table: Table::Input, first: 0 } };
         Self {
+            timeout: way.timeout(),
             way,
             unit: 1,
             layout,
-            order: WordOrder::default(),
-            timeout: Duration::from_millis(1_000),
+            order_in: WordOrder::default(),
+            order_out: WordOrder::default(),
             settle: Duration::from_millis(20),
+            max_registers: READ_MAX,
+            accept: Accept::default(),
+            diagnosis: DiagnosisPlaces::default(),
         }
     }
 
@@ -205,103 +265,48 @@ impl Address {
     }
 }
 
-/// A piece of an address and the column at which it begins.
-#[derive(Clone, Copy)]
-struct Piece<'a> {
-    column: usize,
-    text: &'a str,
-}
-
-impl<'a> Piece<'a> {
-    fn error(self, problem: impl FnOnce(String) -> AddressProblem) -> AddressError {
-        AddressError { column: self.column, problem: problem(self.text.to_owned()) }
-    }
-
-    /// What stands before and after the first `separator`.
-    fn split(self, separator: char) -> (Self, Option<Self>) {
-        match self.text.split_once(separator) {
-            Some((before, after)) => {
-                let column = self.column + before.chars().count() + 1;
-                (Self { text: before, ..self }, Some(Self { column, text: after }))
+impl Way {
+    /// How long an answer may take unless it is said: over a serial line its bytes take their time too.
+    fn timeout(&self) -> Duration {
+        match self {
+            Self::Tcp { .. } | Self::RtuTcp { .. } => TIMEOUT_DEFAULT,
+            Self::Rtu { baud, .. } => {
+                let frame = (FRAME_BITS * 1_000).div_ceil(u64::from(*baud).max(1));
+                TIMEOUT_DEFAULT + Duration::from_millis(frame)
             }
-            None => (self, None),
         }
     }
-
-    fn strip(self, prefix: &str) -> Option<Self> {
-        let text = self.text.strip_prefix(prefix)?;
-        Some(Self { column: self.column + prefix.chars().count(), text })
-    }
-
-    /// A number in decimal digits and nothing else.
-    fn number(self, allowed: &RangeInclusive<u32>) -> Option<u32> {
-        let digits = !self.text.is_empty() && self.text.bytes().all(|byte| byte.is_ascii_digit());
-        self.text.parse().ok().filter(|number| digits && allowed.contains(number))
-    }
-
-    fn place(self) -> Option<RegisterPlace> {
-        let (table, first) = self.split(':');
-        let table = match table.text {
-            "holding" => Table::Holding,
-            "input" => Table::Input,
-            _ => return None,
-        };
-        let first = first?.number(&(0..=u32::from(u16::MAX)))?;
-        Some(RegisterPlace { table, first: u16::try_from(first).ok()? })
-    }
 }
 
-/// The options, as far as they were given.
-struct Options<'a> {
-    given: Vec<(&'static str, Piece<'a>)>,
-}
-
-impl<'a> Options<'a> {
-    /// Takes apart what stands behind the question mark.
-    fn parse(text: Option<Piece<'a>>, keys: &[&'static str]) -> Result<Self, AddressError> {
-        let mut given: Vec<(&'static str, Piece<'a>)> = Vec::new();
-        let mut rest = text;
-        while let Some(options) = rest {
-            let (option, further) = options.split('&');
-            rest = further;
-            let (name, value) = option.split('=');
-            let Some(key) = keys.iter().copied().find(|key| *key == name.text) else {
-                return Err(name.error(|given| AddressProblem::Unknown { given, allowed: keys.join(", ") }));
-            };
-            let value = value.ok_or_else(|| name.error(|given| AddressProblem::NoValue { given }))?;
-            if given.iter().any(|(earlier, _)| *earlier == key) {
-                return Err(name.error(|_| AddressProblem::Twice { key }));
+/// Where a gateway is, as its user calls it: host and port, or the device.
+impl Display for Way {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Tcp { host, port } | Self::RtuTcp { host, port } if host.contains(':') => {
+                write!(f, "[{host}]:{port}")
             }
-            given.push((key, value));
+            Self::Tcp { host, port } | Self::RtuTcp { host, port } => write!(f, "{host}:{port}"),
+            Self::Rtu { device, .. } => f.write_str(device),
         }
-        Ok(Self { given })
-    }
-
-    fn find(&self, key: &str) -> Option<Piece<'a>> {
-        self.given.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
-    }
-
-    /// The option's value, if it is given; an error if `read` makes nothing of it.
-    fn value<T>(
-        &self,
-        key: &'static str,
-        allowed: &str,
-        read: impl FnOnce(Piece<'a>) -> Option<T>,
-    ) -> Result<Option<T>, AddressError> {
-        let Some(piece) = self.find(key) else { return Ok(None) };
-        let refused =
-            || piece.error(|given| AddressProblem::Value { key, given, allowed: allowed.to_owned() });
-        read(piece).map(Some).ok_or_else(refused)
-    }
-
-    fn number(&self, key: &'static str, allowed: &RangeInclusive<u32>) -> Result<Option<u32>, AddressError> {
-        let text = format!("{} to {}", allowed.start(), allowed.end());
-        self.value(key, &text, |piece| piece.number(allowed))
     }
 }
 
-/// The options of both ways, in the order in which they are printed.
-const COMMON: [&str; 7] = ["unit", "out", "in", "order", "layout", "timeout_ms", "settle_ms"];
+/// The options of every way, in the order in which they are printed.
+const COMMON: [&str; 13] = [
+    "unit",
+    "out",
+    "in",
+    "order",
+    "order_in",
+    "order_out",
+    "layout",
+    "max_registers",
+    "status",
+    "parameter",
+    "accept",
+    "timeout_ms",
+    "settle_ms",
+];
 /// Those of a serial line, before the others.
 const SERIAL: [&str; 4] = ["baud", "parity", "stop", "data"];
 
@@ -313,7 +318,13 @@ impl FromStr for Address {
         let (way, options) = whole.split('?');
         if let Some(host) = way.strip(TCP) {
             let options = Options::parse(options, &COMMON)?;
-            return with_options(Self::new(tcp_way(host)?), &options, &(0..=255));
+            let (host, port) = host_and_port(host)?;
+            return with_options(Self::new(Way::Tcp { host, port }), &options, &(0..=255));
+        }
+        if let Some(host) = way.strip(RTU_TCP) {
+            let options = Options::parse(options, &COMMON)?;
+            let (host, port) = host_and_port(host)?;
+            return with_options(Self::new(Way::RtuTcp { host, port }), &options, &RTU_UNITS);
         }
         if let Some(device) = way.strip(RTU) {
             let keys: Vec<_> = SERIAL.into_iter().chain(COMMON).collect();
@@ -324,7 +335,7 @@ impl FromStr for Address {
     }
 }
 
-fn tcp_way(text: Piece<'_>) -> Result<Way, AddressError> {
+fn host_and_port(text: Piece<'_>) -> Result<(String, u16), AddressError> {
     let refused = || text.error(|given| AddressProblem::Host { given });
     let (host, port) = match text.strip("[") {
         Some(inner) => {
@@ -353,7 +364,7 @@ fn tcp_way(text: Piece<'_>) -> Result<Way, AddressError> {
             .ok_or_else(|| port.error(|given| AddressProblem::Port { given }))?,
         None => PORT,
     };
-    Ok(Way::Tcp { host, port })
+    Ok((host, port))
 }
 
 fn rtu_way(device: Piece<'_>, options: &Options<'_>) -> Result<Way, AddressError> {
@@ -388,12 +399,11 @@ fn with_options(
     if let Some(unit) = options.number("unit", units)? {
         address.unit = u8::try_from(unit).unwrap_or(address.unit);
     }
-    let out = options.value("out", "holding:N, N from 0 to 65534: OUT words are written", |piece| {
-        piece.place().filter(|place| place.table == Table::Holding && place.first < u16::MAX)
+    let out = options.place("out", "holding:N, N from 0 to 65534: OUT words are written", |place| {
+        place.table == Table::Holding && place.first < u16::MAX
     })?;
-    let input = options.value("in", "holding:N or input:N, N from 0 to 65534", |piece| {
-        piece.place().filter(|place| place.first < u16::MAX)
-    })?;
+    let input =
+        options.place("in", "holding:N or input:N, N from 0 to 65534", |place| place.first < u16::MAX)?;
     let inline = options.value("layout", "plain or inline", |piece| match piece.text {
         "plain" => Some(false),
         "inline" => Some(true),
@@ -408,9 +418,20 @@ fn with_options(
         },
         (_, layout, _) => layout,
     };
-    if let Some(order) = options.value("order", "high-first or low-first", |piece| piece.text.parse().ok())? {
-        address.order = order;
+    let order =
+        |key| options.value(key, "high-first or low-first", |piece| piece.text.parse::<WordOrder>().ok());
+    let both = order("order")?.unwrap_or_default();
+    address.order_in = order("order_in")?.unwrap_or(both);
+    address.order_out = order("order_out")?.unwrap_or(both);
+    if let Some(registers) = options.number("max_registers", &REGISTERS)? {
+        address.max_registers = u16::try_from(registers).unwrap_or(READ_MAX);
     }
+    address.diagnosis = DiagnosisPlaces {
+        status: options.place("status", "holding:N or input:N", |_| true)?,
+        parameter: options.place("parameter", "holding:N or input:N", |_| true)?,
+    };
+    let accept = options.value("accept", "transaction, unit, or both with a comma", accepted)?;
+    address.accept = accept.unwrap_or_default();
     if let Some(timeout) = options.number("timeout_ms", &TIMEOUT_MS)? {
         address.timeout = Duration::from_millis(timeout.into());
     }
@@ -420,20 +441,36 @@ fn with_options(
     Ok(address)
 }
 
+fn accepted(piece: Piece<'_>) -> Option<Accept> {
+    let mut accept = Accept::default();
+    for name in piece.text.split(',') {
+        let accepted = match name {
+            "transaction" => &mut accept.transaction,
+            "unit" => &mut accept.unit,
+            _ => return None,
+        };
+        if std::mem::replace(accepted, true) {
+            return None;
+        }
+    }
+    Some(accept)
+}
+
 impl Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let plain = Self::new(self.way.clone());
         let mut options = Vec::new();
-        match &self.way {
-            Way::Tcp { host, port } if host.contains(':') => write!(f, "{TCP}[{host}]:{port}")?,
-            Way::Tcp { host, port } => write!(f, "{TCP}{host}:{port}")?,
-            Way::Rtu { device, baud, parity, stop } => {
-                write!(f, "{RTU}{device}")?;
-                options.push(format!("baud={baud}"));
-                options.push(format!("parity={parity}"));
-                if *stop == StopBits::Two {
-                    options.push("stop=2".to_owned());
-                }
+        let scheme = match &self.way {
+            Way::Tcp { .. } => TCP,
+            Way::RtuTcp { .. } => RTU_TCP,
+            Way::Rtu { .. } => RTU,
+        };
+        write!(f, "{scheme}{}", self.way)?;
+        if let Way::Rtu { baud, parity, stop, .. } = &self.way {
+            options.push(format!("baud={baud}"));
+            options.push(format!("parity={parity}"));
+            if *stop == StopBits::Two {
+                options.push("stop=2".to_owned());
             }
         }
         if self.unit != plain.unit {
@@ -452,8 +489,20 @@ impl Display for Address {
                 }
             }
         }
-        if self.order != plain.order {
-            options.push(format!("order={}", self.order));
+        if self.order_in == self.order_out && self.order_in != plain.order_in {
+            options.push(format!("order={}", self.order_in));
+        } else if self.order_in != self.order_out {
+            options.push(format!("order_in={}", self.order_in));
+            options.push(format!("order_out={}", self.order_out));
+        }
+        if self.max_registers != plain.max_registers {
+            options.push(format!("max_registers={}", self.max_registers));
+        }
+        for (key, place) in [("status", self.diagnosis.status), ("parameter", self.diagnosis.parameter)] {
+            options.extend(place.map(|place| format!("{key}={place}")));
+        }
+        if self.accept != plain.accept {
+            options.push(format!("accept={}", self.accept));
         }
         if self.timeout != plain.timeout {
             options.push(format!("timeout_ms={}", self.timeout.as_nanos() / 1_000_000));
@@ -466,6 +515,17 @@ impl Display for Address {
             write!(f, "{before}{option}")?;
         }
         Ok(())
+    }
+}
+
+impl Display for Accept {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match (self.transaction, self.unit) {
+            (true, true) => "transaction,unit",
+            (true, false) => "transaction",
+            (false, true) => "unit",
+            (false, false) => "",
+        })
     }
 }
 

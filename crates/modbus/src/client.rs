@@ -17,18 +17,18 @@ use tokio_serial::SerialPortBuilderExt;
 use crate::address::{Address, Layout, Parity, StopBits, Way};
 use crate::error::ModbusError;
 use crate::inline::{Directory, MODULES_MAX};
-use crate::pdu::READ_MAX;
 use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table};
 use crate::reconnect::Reconnect;
 
+mod difference;
 mod line;
 mod wire;
 
 pub(crate) use wire::reading;
 use wire::{Deadline, Wire, lost};
 
-/// Registers of one request: as many as there may be, and no half word among them.
-const CHUNK: usize = READ_MAX as usize / REGISTERS_PER_ENCODER * REGISTERS_PER_ENCODER;
+/// After so many connections that were closed behind their first answer every request gets one of its own.
+const CLOSED_ENOUGH: u32 = 2;
 /// Link events that nobody has asked for; the oldest go first.
 const EVENTS_MAX: usize = 64;
 
@@ -50,11 +50,21 @@ struct Core {
     wire: Option<Wire>,
     /// Of an Inline coupler, as of this connection or the last write.
     directory: Option<Directory>,
+    /// Registers of one request: as many as the gateway gives, and no half word among them.
+    piece: usize,
+    /// How many encoders a gateway without a directory shows, once it was asked for more.
+    encoders: Option<usize>,
+    /// Connections in a row that the gateway closed behind their first answer.
+    closed_behind: u32,
     reconnect: Reconnect,
     /// What the last attempt met.
     last: io::ErrorKind,
     /// Since when the link is as it is; `None` before the first connection.
     since: Option<Instant>,
+    /// It is there, as far as was told.
+    up: bool,
+    /// Why the gateway's last connection is gone, if that was not told.
+    gone: Option<ModbusError>,
     events: VecDeque<LinkEvent>,
 }
 
@@ -87,8 +97,8 @@ impl Client {
     /// [`ModbusError`].
     pub fn registers(&mut self, place: RegisterPlace, count: u16) -> Result<Vec<u16>, ModbusError> {
         self.block(async |core, deadline| {
-            core.connect(deadline).await?;
-            let registers = core.read(place, count.into(), deadline).await;
+            // In one piece, so that a refusal is told as one.
+            let registers = core.read_piece(place, count, deadline).await;
             core.checked(registers)
         })
     }
@@ -103,7 +113,6 @@ impl Client {
             return Ok(None);
         };
         self.block(async |core, deadline| {
-            core.connect(deadline).await?;
             let described = core.described(table, deadline).await;
             let described = core.checked(described)?;
             let directory = Directory::parse(&described, reading(table))?;
@@ -172,13 +181,18 @@ impl Bus for Client {
 impl Core {
     fn new(address: Address) -> Self {
         Self {
+            piece: whole_words(address.max_registers.into()),
+            encoders: None,
+            closed_behind: 0,
+            reconnect: Reconnect::within(address.timeout),
             address,
             origin: tokio::time::Instant::now(),
             wire: None,
             directory: None,
-            reconnect: Reconnect::default(),
             last: io::ErrorKind::NotConnected,
             since: None,
+            up: false,
+            gone: None,
             events: VecDeque::new(),
         }
     }
@@ -193,9 +207,9 @@ impl Core {
     }
 
     async fn out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, ModbusError> {
-        self.connect(deadline).await?;
         let result = self.read_out(position, deadline).await;
-        self.checked(result)
+        let result = self.checked(result);
+        self.counted(result, deadline).await
     }
 
     async fn cycle(
@@ -205,15 +219,15 @@ impl Core {
         input: &mut [InWord],
         deadline: Deadline,
     ) -> Result<Cycle, ModbusError> {
-        self.connect(deadline).await?;
         let result = self.write_and_read(write, first, input, deadline).await;
-        self.checked(result)
+        let result = self.checked(result);
+        self.counted(result, deadline).await
     }
 
     async fn read_out(&mut self, position: usize, deadline: Deadline) -> Result<OutWord, ModbusError> {
         let place = self.out_place(position, deadline).await?;
         let registers = self.read(place, REGISTERS_PER_ENCODER, deadline).await?;
-        let word = registers.first_chunk().map(|halves| self.address.order.word(*halves));
+        let word = registers.first_chunk().map(|halves| self.address.order_out.word(*halves));
         Ok(OutWord(word.unwrap_or_default()))
     }
 
@@ -232,8 +246,10 @@ impl Core {
         let runs = self.runs(first, input.len(), deadline).await?;
         if let Some((position, word)) = write {
             let place = self.out_place(position, deadline).await?;
-            let registers = self.address.order.registers(word.0);
+            let registers = self.address.order_out.registers(word.0);
+            self.connect(deadline).await?;
             self.wire()?.write(place.first, &registers, deadline).await?;
+            self.answer_came();
         }
         let begun = self.now();
         let mut words = input.iter_mut();
@@ -241,7 +257,7 @@ impl Core {
             let registers = self.read(place, count, deadline).await?;
             // The registers first, so that the end of a run takes no word with it.
             for (halves, word) in registers.as_chunks().0.iter().zip(words.by_ref()) {
-                *word = InWord(self.address.order.word(*halves));
+                *word = InWord(self.address.order_in.word(*halves));
             }
         }
         let at = self.now();
@@ -317,25 +333,80 @@ impl Core {
         self.read(RegisterPlace { table, first: MODULES + 1 }, count.into(), deadline).await
     }
 
-    /// Reads any number of registers, a request for as many as one may have.
+    /// Reads any number of registers, a request for as many as the gateway gives in one. How many those are it tells
+    /// by refusing more.
     async fn read(
         &mut self,
         place: RegisterPlace,
         count: usize,
         deadline: Deadline,
     ) -> Result<Vec<u16>, ModbusError> {
-        let wire = self.wire()?;
+        let mut piece = self.piece;
         let mut registers = Vec::with_capacity(count);
         while registers.len() < count {
-            let piece = (count - registers.len()).min(CHUNK);
+            let wanted = (count - registers.len()).min(piece);
             let Some(from) = at_offset(place, registers.len()) else { break };
-            registers.extend(wire.read(from, piece as u16, deadline).await?);
+            match self.read_piece(from, wanted as u16, deadline).await {
+                Ok(read) => registers.extend(read),
+                // Too many, or one of them is not there: the last piece of one word tells.
+                Err(ModbusError::Refused { exception: 2 | 3, .. }) if wanted > REGISTERS_PER_ENCODER => {
+                    piece = whole_words(wanted / 2);
+                }
+                Err(error) => return Err(error),
+            }
         }
+        self.piece = piece;
         Ok(registers)
+    }
+
+    /// Reads registers with one request. If the gateway closes the connection without a word it is asked once more:
+    /// some close behind each answer.
+    async fn read_piece(
+        &mut self,
+        place: RegisterPlace,
+        count: u16,
+        deadline: Deadline,
+    ) -> Result<Vec<u16>, ModbusError> {
+        self.connect(deadline).await?;
+        let wire = self.wire()?;
+        let mut result = wire.read(place, count, deadline).await;
+        if let Err(closed @ ModbusError::Bus(BusError::NoConnection(_))) = &result
+            && wire.closed_unheard()
+        {
+            let closed = closed.clone();
+            self.closed(closed);
+            self.connect(deadline).await?;
+            result = self.wire()?.read(place, count, deadline).await;
+        }
+        if result.is_ok() {
+            self.answer_came();
+        }
+        result
     }
 
     fn wire(&mut self) -> Result<&mut Wire, ModbusError> {
         self.wire.as_mut().ok_or(lost(io::ErrorKind::NotConnected))
+    }
+
+    /// A gateway that closes behind each answer is spared the race: its connection is not used again.
+    fn answer_came(&mut self) {
+        if self.closed_behind >= CLOSED_ENOUGH {
+            self.wire = None;
+        }
+    }
+
+    /// The gateway has closed the connection between two requests. That is no trouble if the next one is made.
+    fn closed(&mut self, cause: ModbusError) {
+        let Some(wire) = self.wire.take() else { return };
+        match wire.answers() {
+            0 => {
+                self.wire = Some(wire);
+                return self.down(cause);
+            }
+            1 => self.closed_behind = self.closed_behind.saturating_add(1),
+            _ => self.closed_behind = 0,
+        }
+        self.gone = Some(cause);
     }
 
     /// Sees to it that there is a connection.
@@ -344,7 +415,7 @@ impl Core {
             // Nothing was asked yet: a peer that has closed in the meantime costs a new connection and no error.
             match wire.clear().await {
                 Ok(()) => return Ok(()),
-                Err(lost) => self.down(lost),
+                Err(lost) => self.closed(lost),
             }
         }
         if let Some(pause) = self.reconnect.pause(self.now()) {
@@ -360,13 +431,13 @@ impl Core {
                     self.reconnect.worked();
                 }
                 self.wire = Some(wire);
-                let now = self.now();
-                let down_for = self.since.map_or(Duration::ZERO, |since| now.since(since));
-                self.since = Some(now);
-                self.event(Link::Up { down_for });
+                self.up();
                 Ok(())
             }
             Err(error) => {
+                if let Some(cause) = self.gone.take() {
+                    self.told_down(cause);
+                }
                 let next = self.failed(&error);
                 self.event(Link::Failed { cause: self.last, next });
                 Err(error)
@@ -374,17 +445,26 @@ impl Core {
         }
     }
 
+    /// There is a connection: worth a word unless the gateway had only closed the last one.
+    fn up(&mut self) {
+        if self.up && self.since.is_some() {
+            self.gone = None;
+            return;
+        }
+        let now = self.now();
+        let down_for = self.since.map_or(Duration::ZERO, |since| now.since(since));
+        (self.since, self.up) = (Some(now), true);
+        self.event(Link::Up { down_for });
+    }
+
     async fn open(&self, deadline: Deadline) -> Result<Wire, ModbusError> {
+        let Address { unit, accept, .. } = self.address;
+        let (Layout::Plain { input: marker, .. } | Layout::Inline { data: marker }) = self.address.layout;
         match &self.address.way {
-            Way::Tcp { host, port } => {
-                let connecting = TcpStream::connect((host.as_str(), *port));
-                let socket = match timeout_at(deadline.at, connecting).await {
-                    Ok(socket) => socket.map_err(|error| lost(error.kind()))?,
-                    Err(_) => return Err(lost(io::ErrorKind::TimedOut)),
-                };
-                // Only a matter of speed, so a socket that refuses is used all the same.
-                let _ = socket.set_nodelay(true);
-                Ok(Wire::tcp(socket, self.address.unit))
+            Way::Tcp { host, port } => Ok(Wire::tcp(socket(host, *port, deadline).await?, unit, accept)),
+            Way::RtuTcp { host, port } => {
+                let socket = socket(host, *port, deadline).await?;
+                Wire::rtu(socket, unit, Span::ZERO, marker, deadline).await
             }
             Way::Rtu { device, baud, parity, stop } => {
                 let port = tokio_serial::new(device.as_str(), *baud)
@@ -399,11 +479,56 @@ impl Core {
                     })
                     .open_native_async()
                     .map_err(|error| lost(io::Error::from(error).kind()))?;
-                let (Layout::Plain { input: marker, .. } | Layout::Inline { data: marker }) =
-                    self.address.layout;
-                Wire::rtu(port, self.address.unit, silence(*baud), marker, deadline).await
+                Wire::rtu(port, unit, silence(*baud), marker, deadline).await
             }
         }
+    }
+
+    /// Says of a register that is not there how many encoders the gateway shows: the position is behind the last.
+    async fn counted<T>(
+        &mut self,
+        result: Result<T, ModbusError>,
+        deadline: Deadline,
+    ) -> Result<T, ModbusError> {
+        let Err(ModbusError::Refused { function, register, exception: 2 }) = result else { return result };
+        let Layout::Plain { out, input } = self.address.layout else { return result };
+        let base = match function {
+            function if function == reading(input.table) && register >= input.first => input,
+            function if function == reading(Table::Holding) => {
+                RegisterPlace { table: Table::Holding, first: out }
+            }
+            _ => return result,
+        };
+        let Some(offset) = register.checked_sub(base.first) else { return result };
+        let position = usize::from(offset) / REGISTERS_PER_ENCODER;
+        let encoders = match self.encoders {
+            Some(encoders) => Some(encoders),
+            None => self.count(base, position, deadline).await,
+        };
+        match encoders {
+            Some(encoders) if encoders > 0 && encoders <= position => {
+                self.encoders = Some(encoders);
+                Err(BusError::NoEncoder { position, encoders }.into())
+            }
+            _ => result,
+        }
+    }
+
+    /// How many encoders have registers from `base` on, of which that at `missing` has none; `None` if it cannot be
+    /// told in time.
+    async fn count(&mut self, base: RegisterPlace, missing: usize, deadline: Deadline) -> Option<usize> {
+        let (mut there, mut not) = (0, missing);
+        while there < not {
+            let middle = there + (not - there) / 2;
+            let place = plain(base, middle).ok()?;
+            let result = self.read_piece(place, REGISTERS_PER_ENCODER as u16, deadline).await;
+            match self.checked(result) {
+                Ok(_) => there = middle + 1,
+                Err(ModbusError::Refused { exception: 2, .. }) => not = middle,
+                Err(_) => return None,
+            }
+        }
+        Some(there)
     }
 
     /// Drops the connection if a result leaves open what may still be on its way.
@@ -418,11 +543,15 @@ impl Core {
 
     fn down(&mut self, cause: ModbusError) {
         let Some(wire) = self.wire.take() else { return };
-        self.directory = None;
         if !wire.answered() {
             // It was there, but of no use.
             self.failed(&cause);
         }
+        self.told_down(cause);
+    }
+
+    fn told_down(&mut self, cause: ModbusError) {
+        (self.directory, self.encoders, self.up) = (None, None, false);
         let now = self.now();
         let up_for = self.since.map_or(Duration::ZERO, |since| now.since(since));
         self.since = Some(now);
@@ -456,6 +585,21 @@ fn plain(base: RegisterPlace, position: usize) -> Result<RegisterPlace, BusError
 fn at_offset(base: RegisterPlace, offset: usize) -> Option<RegisterPlace> {
     let first = u16::try_from(offset).ok().and_then(|offset| base.first.checked_add(offset))?;
     Some(RegisterPlace { first, ..base })
+}
+
+/// The largest number of registers without half a word, but one word at least.
+fn whole_words(registers: usize) -> usize {
+    (registers / REGISTERS_PER_ENCODER).max(1) * REGISTERS_PER_ENCODER
+}
+
+async fn socket(host: &str, port: u16, deadline: Deadline) -> Result<TcpStream, ModbusError> {
+    let socket = match timeout_at(deadline.at, TcpStream::connect((host, port))).await {
+        Ok(socket) => socket.map_err(|error| lost(error.kind()))?,
+        Err(_) => return Err(lost(io::ErrorKind::TimedOut)),
+    };
+    // Only a matter of speed, so a socket that refuses is used all the same.
+    let _ = socket.set_nodelay(true);
+    Ok(socket)
 }
 
 /// Three and a half characters of 11 bits, but not less than the 1.75 ms of the standard.

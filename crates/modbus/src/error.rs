@@ -42,7 +42,49 @@ pub enum Garbled {
         /// As many as were asked for.
         wanted: usize,
     },
-    /// It belongs to another function, unit or transaction, or is no frame at all.
+    /// It has another transaction number.
+    Transaction {
+        /// Its own.
+        got: u16,
+        /// The request's.
+        wanted: u16,
+    },
+    /// It comes from another unit.
+    Unit {
+        /// Its own.
+        got: u8,
+        /// The one that was asked.
+        wanted: u8,
+    },
+    /// It is another protocol's.
+    Protocol {
+        /// The number that stands there; Modbus has 0.
+        got: u16,
+    },
+    /// It belongs to another function.
+    Function {
+        /// Its own.
+        got: u8,
+        /// The request's.
+        wanted: u8,
+    },
+    /// It has another length than it says, or than such an answer has.
+    Length {
+        /// Bytes that came.
+        got: usize,
+        /// Bytes that should have.
+        wanted: usize,
+    },
+    /// It confirms another write.
+    Echo {
+        /// The first register and the count that it names.
+        got: (u16, u16),
+        /// Those of the request.
+        wanted: (u16, u16),
+    },
+    /// It is a frame of a serial line, without the header of Modbus TCP.
+    SerialFrame,
+    /// It is no frame, or none of such an answer.
     Foreign,
     /// It was no whole frame when the time was over.
     Unfinished {
@@ -60,6 +102,7 @@ impl From<ModbusError> for BusError {
     fn from(error: ModbusError) -> Self {
         match error {
             ModbusError::Bus(error) => error,
+            ModbusError::Refused { exception: 5 | 6 | 0x0B, .. } => Self::client(Answered::Busy, error),
             ModbusError::Refused { .. } => Self::client(Answered::Refused, error),
             ModbusError::Garbled { .. } => Self::client(Answered::Garbled, error),
         }
@@ -85,6 +128,27 @@ impl fmt::Display for Garbled {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Registers { got, wanted } => write!(f, "{got} registers instead of {wanted}"),
+            Self::Transaction { got, wanted } => write!(
+                f,
+                "transaction number {got} instead of {wanted}; if the gateway always answers so, add accept=transaction to its \
+                 address"
+            ),
+            Self::Unit { got, wanted } => write!(
+                f,
+                "unit {got} instead of {wanted}; unit={got} asks that one, and if the gateway answers so whoever is \
+                 asked, add accept=unit to its address"
+            ),
+            Self::Protocol { got } => write!(f, "protocol {got} instead of 0"),
+            Self::Function { got, wanted } => write!(f, "function {got} instead of {wanted}"),
+            Self::Length { got, wanted } => write!(f, "{got} bytes instead of {wanted}"),
+            Self::Echo { got: (first, count), wanted: (wanted_first, wanted_count) } => write!(
+                f,
+                "it confirms {count} registers from {first} on instead of {wanted_count} from {wanted_first} on"
+            ),
+            Self::SerialFrame => f.write_str(
+                "it is a frame of a serial line: the gateway passes Modbus RTU on, write modbus-rtu-tcp:// instead of \
+                 modbus-tcp://",
+            ),
             Self::Foreign => f.write_str("it does not belong to the request"),
             Self::Unfinished { bytes } => write!(f, "{bytes} bytes and no whole frame among them"),
             Self::LengthCode { code } => write!(f, "length code {code:02X}h is not defined"),

@@ -445,7 +445,7 @@ fn judge(address: &Address, blocks: &[Readout], couplers: &[(Table, Directory)])
         let layout = Layout::Plain { out: out.unwrap_or_default(), input: place };
         candidates.push(Candidate {
             certainty: hypothesis.certainty,
-            address: Address { layout, order: hypothesis.order, ..address.clone() },
+            address: found(address, layout, hypothesis.order),
             encoders: hypothesis.words,
             evidence,
         });
@@ -453,6 +453,11 @@ fn judge(address: &Address, blocks: &[Readout], couplers: &[(Table, Directory)])
     // Stable: what a block's own ranking says stays, and input registers come before holding registers.
     candidates.sort_by_key(|candidate| std::cmp::Reverse(candidate.certainty));
     candidates
+}
+
+/// The address that reads words there and in this order. The order of OUT cannot be read, so it is taken to be the same.
+fn found(address: &Address, layout: Layout, order: WordOrder) -> Address {
+    Address { layout, order_in: order, order_out: order, ..address.clone() }
 }
 
 fn evidence(hypothesis: &Hypothesis) -> Vec<Evidence> {
@@ -533,7 +538,7 @@ fn inline(address: &Address, table: Table, directory: &Directory, blocks: &[Read
             Some(otherwise) => Evidence::OrderSure { otherwise },
             None => Evidence::OrderOpen,
         });
-        let address = Address { layout: Layout::Inline { data }, order, ..address.clone() };
+        let address = found(address, Layout::Inline { data }, order);
         candidates.push(Candidate { certainty, address, encoders: offsets.len(), evidence });
     }
     candidates

@@ -32,6 +32,13 @@ impl Reconnect {
         Self { first, factor, max, waiting: None }
     }
 
+    /// For a client whose calls end within `timeout`: a fifth of it, twice as long each time, up to all of it. Whoever
+    /// waits at least three of them for something tries more than once.
+    #[must_use]
+    pub const fn within(timeout: Duration) -> Self {
+        Self::new(Duration(timeout.as_nanos() / 5), 2, timeout)
+    }
+
     /// How long there is still to wait; `None` if an attempt is due.
     #[must_use]
     pub fn pause(&self, now: Instant) -> Option<Duration> {
@@ -56,13 +63,6 @@ impl Reconnect {
     }
 }
 
-/// 100 ms, twice as long each time, up to 5 s.
-impl Default for Reconnect {
-    fn default() -> Self {
-        Self::new(Duration::from_millis(100), 2, Duration::from_secs(5))
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn the_first_attempt_is_due_at_once() {
-        assert_eq!(Reconnect::default().pause(Instant(7)), None);
+        assert_eq!(Reconnect::within(ms(500)).pause(Instant(7)), None);
     }
 
     #[test]

@@ -36,9 +36,9 @@ pub(crate) struct Encoder {
     pub(crate) at: Option<usize>,
     #[command(flatten)]
     pub(crate) label: TypeLabel,
-    /// How long to wait for each step of a handshake.
-    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = span, global = true)]
-    pub(crate) patience: Duration,
+    /// How long to wait for each step of a handshake [default: 2s, or four time-outs of the address if that is longer]
+    #[arg(long, value_name = "TIME", value_parser = span, global = true)]
+    patience: Option<Duration>,
 }
 
 /// Who says which model an encoder is.
@@ -59,6 +59,8 @@ pub(crate) struct Target {
     pub(crate) native: Option<u32>,
     /// Who says so.
     pub(crate) source: Source,
+    /// How long each step of a handshake with it is waited for.
+    pub(crate) patience: Duration,
 }
 
 impl Target {
@@ -79,6 +81,26 @@ impl Address {
         self.bus.as_deref().ok_or_else(|| {
             bad_input("--bus ADDRESS is missing; --bus sim is the built-in ring, the others are in --help")
         })
+    }
+}
+
+/// As long as a person waits for a step, and far longer than the slowest service takes.
+const PATIENCE_DEFAULT: Duration = Duration::from_millis(2_000);
+
+impl Encoder {
+    /// How long to wait for each step, if a lost answer costs as much as `timeout`.
+    pub(crate) fn patience(&self, timeout: Duration) -> Result<Duration, Failure> {
+        let times = |factor: u64| Duration::from_nanos(timeout.as_nanos().saturating_mul(factor));
+        match self.patience {
+            None => Ok(PATIENCE_DEFAULT.max(times(4))),
+            // One answer may be lost, and so may the one after it.
+            Some(given) if given < times(3) => Err(bad_input(format!(
+                "--patience {given}: less than three time-outs of {timeout}, so one lost answer would end the command; give \
+                 at least {}, or a shorter timeout_ms in the address",
+                times(3)
+            ))),
+            Some(given) => Ok(given),
+        }
     }
 }
 

@@ -95,7 +95,7 @@ fn a_scan_that_cannot_be_made_is_refused() {
     refused(
         &["scan", "--bus", "ring"],
         b"",
-        "error: --bus ring: bus address, column 1: \"ring\" begins neither with modbus-tcp:// nor with modbus-rtu:; or sim, or \
+        "error: --bus ring: bus address, column 1: \"ring\" begins with none of modbus-tcp://, modbus-rtu: and modbus-rtu-tcp://; or sim, or \
          sim:SCENARIO.toml",
     );
     refused(

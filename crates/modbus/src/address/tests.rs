@@ -21,10 +21,12 @@ fn what_is_left_out_has_its_default() {
         stop: StopBits::One,
     };
     assert_eq!(address, Address::new(way));
-    assert_eq!(address.timeout, Duration::from_millis(1_000));
+    assert_eq!(address.timeout, Duration::from_millis(647));
     assert_eq!(address.settle, Duration::from_millis(20));
+    assert_eq!(parse("modbus-rtu-tcp://gateway:4001").timeout, Duration::from_millis(500));
+    assert_eq!(parse("modbus-rtu:/dev/ttyUSB0?baud=300").timeout, Duration::from_millis(500 + 9_387));
     let every_default = "modbus-tcp://gateway:502?unit=1&out=holding:0&in=input:0&order=high-first\
-                         &layout=plain&timeout_ms=1000&settle_ms=20";
+                         &layout=plain&timeout_ms=500&settle_ms=20";
     assert_eq!(parse(every_default), Address::tcp("gateway", 502));
 }
 
@@ -38,7 +40,8 @@ fn every_option_says_what_it_does() {
         Address {
             unit: 255,
             layout: Layout::Plain { out: 200, input: RegisterPlace { table: Table::Holding, first: 1000 } },
-            order: WordOrder::LowFirst,
+            order_in: WordOrder::LowFirst,
+            order_out: WordOrder::LowFirst,
             timeout: Duration::from_millis(250),
             settle: Duration::from_millis(5),
             ..Address::tcp("10.0.0.7", 1502)
@@ -76,6 +79,10 @@ fn an_address_is_printed_without_its_defaults() {
         "modbus-tcp://gateway:502?layout=inline",
         "modbus-rtu:/dev/ttyS1?baud=19200&parity=even",
         "modbus-rtu:/dev/ttyS1?baud=115200&parity=odd&stop=2&unit=9&layout=inline&order=low-first",
+        "modbus-rtu-tcp://[::1]:4001?unit=7",
+        "modbus-tcp://gateway:502?order_in=low-first&order_out=high-first&max_registers=16&accept=transaction,unit",
+        "modbus-tcp://gateway:502?order_in=high-first&order_out=low-first",
+        "modbus-tcp://gateway:502?status=holding:900&parameter=input:901&accept=unit&timeout_ms=50&settle_ms=0",
     ] {
         assert_eq!(parse(text).to_string(), text);
     }
@@ -104,6 +111,14 @@ fn what_is_wrong_is_told_with_its_place_and_what_is_allowed() {
         "modbus-tcp://gateway?layout=inline&out=holding:0",
         "modbus-tcp://gateway?timeout_ms=9",
         "modbus-tcp://gateway?settle_ms=1.5",
+        "modbus-tcp://gateway?in=30001",
+        "modbus-tcp://gateway?out=40013",
+        "modbus-tcp://gateway?status=400901",
+        "modbus-tcp://gateway?max_registers=1",
+        "modbus-tcp://gateway?accept=function",
+        "modbus-tcp://gateway?accept=unit,unit",
+        "modbus-rtu-tcp://gateway?baud=9600",
+        "modbus-rtu-tcp://gateway?unit=0",
         "modbus-rtu:",
         "modbus-rtu:/dev/ttyS0?unit=0",
         "modbus-rtu:/dev/ttyS0?parity=mark",
@@ -143,21 +158,33 @@ fn any_way() -> impl Strategy<Value = Way> {
         parity,
         stop,
     });
-    prop_oneof![tcp, six, rtu]
+    let through = ("[a-zA-Z0-9._-]{1,20}", 1..=u16::MAX).prop_map(|(host, port)| Way::RtuTcp { host, port });
+    prop_oneof![tcp, six, rtu, through]
 }
 
 fn any_address() -> impl Strategy<Value = Address> {
     let plain = (0..u16::MAX, any_place()).prop_map(|(out, input)| Layout::Plain { out, input });
     let layout = prop_oneof![plain, any_place().prop_map(|data| Layout::Inline { data })];
     let order = prop_oneof![Just(WordOrder::HighFirst), Just(WordOrder::LowFirst)];
-    (any_way(), 1..=247_u8, layout, order, TIMEOUT_MS, SETTLE_MS).prop_map(
-        |(way, unit, layout, order, timeout, settle)| Address {
-            way,
-            unit,
-            layout,
-            order,
-            timeout: Duration::from_millis(timeout.into()),
-            settle: Duration::from_millis(settle.into()),
+    let accept = any::<(bool, bool)>().prop_map(|(transaction, unit)| Accept { transaction, unit });
+    let place = || prop::option::of(any_place());
+    let diagnosis = (place(), place()).prop_map(|(status, parameter)| DiagnosisPlaces { status, parameter });
+    let orders = (order.clone(), order);
+    let times = (TIMEOUT_MS, SETTLE_MS);
+    (any_way(), 1..=247_u8, layout, orders, REGISTERS, accept, diagnosis, times).prop_map(
+        |(way, unit, layout, (order_in, order_out), registers, accept, diagnosis, (timeout, settle))| {
+            Address {
+                way,
+                unit,
+                layout,
+                order_in,
+                order_out,
+                max_registers: registers.try_into().unwrap(),
+                accept,
+                diagnosis,
+                timeout: Duration::from_millis(timeout.into()),
+                settle: Duration::from_millis(settle.into()),
+            }
         },
     )
 }
@@ -169,7 +196,7 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_an_address_or_refused(text in "(modbus-tcp://|modbus-rtu:|)\\PC{0,40}") {
+    fn any_text_is_an_address_or_refused(text in "(modbus-tcp://|modbus-rtu:|modbus-rtu-tcp://|)\\PC{0,40}") {
         if let Ok(address) = text.parse::<Address>() {
             prop_assert_eq!(address.to_string().parse(), Ok(address));
         }
@@ -177,9 +204,9 @@ proptest! {
 
     #[test]
     fn any_options_are_read_or_refused(
-        text in "[a-z]{1,3}(\\?|\\?(unit|in|out|order|layout|baud|x)=?(holding|input|inline|1|)?[:=&]?[0-9]{0,6}&?){0,3}",
+        text in "[a-z]{1,3}(\\?|\\?(unit|in|out|order|order_in|status|accept|layout|baud|x)=?(holding|input|inline|1|)?[:=&]?[0-9]{0,6}&?){0,3}",
     ) {
-        for way in [TCP, RTU] {
+        for way in [TCP, RTU, RTU_TCP] {
             if let Ok(address) = format!("{way}{text}").parse::<Address>() {
                 prop_assert_eq!(address.to_string().parse(), Ok(address));
             }

@@ -14,6 +14,9 @@ use tokio::task::yield_now;
 /// A peer that sends more than this without being asked is given up.
 const UNASKED_MAX: usize = 64 * 1024;
 
+/// As much of a request and of its answer is kept as tells them apart: more than the longest frame.
+const KEPT: usize = 300;
+
 /// What a connection is made of: a socket, a serial port, or half of a pipe in tests.
 pub(super) trait Stream: AsyncRead + AsyncWrite + Unpin + Send {}
 impl<S: AsyncRead + AsyncWrite + Unpin + Send> Stream for S {}
@@ -26,13 +29,22 @@ struct Inner {
     stream: Box<dyn Stream>,
     /// Bytes since the last request.
     received: usize,
+    /// The first of those that were written and read since the line was last cleared.
+    sent: Vec<u8>,
+    got: Vec<u8>,
     /// Why nothing will come any more. The client library does not tell this apart from bytes that make no frame.
     lost: Option<io::ErrorKind>,
 }
 
 impl Line {
     pub(super) fn new(stream: impl Stream + 'static) -> Self {
-        Self(Arc::new(Mutex::new(Inner { stream: Box::new(stream), received: 0, lost: None })))
+        Self(Arc::new(Mutex::new(Inner {
+            stream: Box::new(stream),
+            received: 0,
+            sent: Vec::new(),
+            got: Vec::new(),
+            lost: None,
+        })))
     }
 
     fn inner(&self) -> MutexGuard<'_, Inner> {
@@ -43,6 +55,12 @@ impl Line {
     /// How many bytes have come since the line was last cleared.
     pub(super) fn received(&self) -> usize {
         self.inner().received
+    }
+
+    /// The request since the line was last cleared, and what came back, both up to a length.
+    pub(super) fn exchange(&self) -> (Vec<u8>, Vec<u8>) {
+        let inner = self.inner();
+        (inner.sent.clone(), inner.got.clone())
     }
 
     /// Why the line is lost, if it is.
@@ -70,6 +88,8 @@ impl Line {
                 }
             }
             inner.received = 0;
+            inner.sent.clear();
+            inner.got.clear();
             Poll::Ready(Ok(()))
         })
         .await
@@ -84,7 +104,9 @@ impl Inner {
             Ok(()) if buffer.filled().len() == before => Err(io::ErrorKind::ConnectionAborted.into()),
             result => result,
         };
-        self.received = self.received.saturating_add(buffer.filled().len() - before);
+        let new = buffer.filled().get(before..).unwrap_or_default();
+        self.received = self.received.saturating_add(new.len());
+        self.got.extend(new.iter().take(KEPT.saturating_sub(self.got.len())));
         Poll::Ready(self.noted(result))
     }
 
@@ -110,6 +132,9 @@ impl AsyncWrite for Line {
     fn poll_write(self: Pin<&mut Self>, context: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let mut inner = self.inner();
         let result = ready!(Pin::new(&mut inner.stream).poll_write(context, bytes));
+        let written = result.as_ref().ok().and_then(|written| bytes.get(..*written)).unwrap_or_default();
+        let room = KEPT.saturating_sub(inner.sent.len());
+        inner.sent.extend(written.iter().take(room));
         Poll::Ready(inner.noted(result))
     }
 

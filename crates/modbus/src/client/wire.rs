@@ -17,9 +17,11 @@ use encoring_bus::{BusError, Cause};
 use encoring_words::Duration;
 use tokio::time::{Instant, sleep, timeout_at};
 use tokio_modbus::client::{Client as _, Context, rtu, tcp};
-use tokio_modbus::{Request, Response, Slave};
+use tokio_modbus::{Error, ExceptionResponse, ProtocolError, Request, Response, Slave};
 
+use super::difference::{self, Framing};
 use super::line::{Line, Stream};
+use crate::address::Accept;
 use crate::error::{Garbled, ModbusError};
 use crate::place::{RegisterPlace, Table};
 
@@ -41,10 +43,12 @@ pub(super) struct Deadline {
 pub(super) struct Wire {
     context: Context,
     line: Line,
-    /// How long a line is to be silent between two frames; none on a network.
-    silence: Option<Span>,
-    /// Whether anything of use ever came.
-    answered: bool,
+    framing: Framing,
+    /// How long a line is to be silent between two frames.
+    silence: Span,
+    accept: Accept,
+    /// How many answers of use came.
+    answers: u32,
 }
 
 /// What a request asks for, as errors name it.
@@ -74,10 +78,10 @@ pub(crate) const fn reading(table: Table) -> u8 {
 }
 
 impl Wire {
-    pub(super) fn tcp(stream: impl Stream + 'static, unit: u8) -> Self {
+    pub(super) fn tcp(stream: impl Stream + 'static, unit: u8, accept: Accept) -> Self {
         let line = Line::new(stream);
         let context = tcp::attach_slave(line.clone(), Slave(unit));
-        Self { context, line, silence: None, answered: false }
+        Self { context, line, framing: Framing::Tcp, silence: Span::ZERO, accept, answers: 0 }
     }
 
     /// A serial line, on which answers to earlier requests may still be on their way.
@@ -95,7 +99,9 @@ impl Wire {
     ) -> Result<Self, ModbusError> {
         let line = Line::new(stream);
         let context = rtu::attach_slave(line.clone(), Slave(unit));
-        let mut wire = Self { context, line, silence: Some(silence), answered: false };
+        // There is no transaction number, and the unit is all that tells one answer from another's.
+        let accept = Accept::default();
+        let mut wire = Self { context, line, framing: Framing::Rtu, silence, accept, answers: 0 };
         match wire.read(marker, 1, deadline).await {
             // A unit that does not like the question has answered it all the same.
             Ok(_) | Err(ModbusError::Refused { .. }) => Ok(wire),
@@ -105,7 +111,17 @@ impl Wire {
 
     /// Whether anything of use ever came over this connection.
     pub(super) const fn answered(&self) -> bool {
-        self.answered
+        self.answers > 0
+    }
+
+    /// How many answers of use came.
+    pub(super) const fn answers(&self) -> u32 {
+        self.answers
+    }
+
+    /// `true` if the peer has closed the connection behind an earlier answer, and nothing of the last one came.
+    pub(super) fn closed_unheard(&self) -> bool {
+        self.answered() && self.line.received() == 0 && self.line.lost().is_some()
     }
 
     /// `false` if a wire that met this error must be dropped, lest a late answer be taken for the next.
@@ -139,13 +155,13 @@ impl Wire {
         let ((Table::Holding, Response::ReadHoldingRegisters(registers))
         | (Table::Input, Response::ReadInputRegisters(registers))) = answer
         else {
-            return Err(asked.garbled(Garbled::Foreign));
+            return Err(self.garbled(asked));
         };
         let (got, wanted) = (registers.len(), usize::from(count));
         if got != wanted {
             return Err(asked.garbled(Garbled::Registers { got, wanted }));
         }
-        self.answered = true;
+        self.answers = self.answers.saturating_add(1);
         Ok(registers)
     }
 
@@ -162,10 +178,10 @@ impl Wire {
             Response::WriteMultipleRegisters(register, count)
                 if register == first && usize::from(count) == values.len() =>
             {
-                self.answered = true;
+                self.answers = self.answers.saturating_add(1);
                 Ok(())
             }
-            _ => Err(asked.garbled(Garbled::Foreign)),
+            _ => Err(self.garbled(asked)),
         }
     }
 
@@ -176,33 +192,62 @@ impl Wire {
         deadline: Deadline,
     ) -> Result<Response, ModbusError> {
         let exchange = async {
-            if let Some(silence) = self.silence {
-                sleep(silence).await;
-            }
+            sleep(self.silence).await;
             self.clear().await?;
             Ok(self.context.call(request).await)
         };
         match timeout_at(deadline.at, exchange).await {
             Ok(Ok(Ok(Ok(response)))) => Ok(response),
-            // The library does not look at what follows the exception in its frame.
-            Ok(Ok(Ok(Err(_)))) if self.silence.is_none() && self.line.received() != EXCEPTION => {
-                Err(asked.garbled(Garbled::Foreign))
-            }
-            Ok(Ok(Ok(Err(exception)))) => {
-                self.answered = true;
-                let Asked { function, register } = asked;
-                Err(ModbusError::Refused { function, register, exception: exception.into() })
+            Ok(Ok(Ok(Err(exception)))) => self.refused(asked, exception.into()),
+            Ok(Ok(Err(Error::Protocol(ProtocolError::HeaderMismatch { result, .. }))))
+                if self.accepted(asked) =>
+            {
+                match result {
+                    Ok(response) => Ok(response),
+                    Err(ExceptionResponse { exception, .. }) => self.refused(asked, exception.into()),
+                }
             }
             Ok(Ok(Err(_))) => Err(match self.line.lost() {
                 Some(kind) => lost(kind),
-                None => asked.garbled(Garbled::Foreign),
+                None => self.garbled(asked),
             }),
             Ok(Err(lost)) => Err(lost),
             Err(_) => Err(match self.line.received() {
                 0 => BusError::NoAnswer { within: deadline.within }.into(),
-                bytes => asked.garbled(Garbled::Unfinished { bytes }),
+                bytes => match self.difference() {
+                    serial @ Garbled::SerialFrame => asked.garbled(serial),
+                    _ => asked.garbled(Garbled::Unfinished { bytes }),
+                },
             }),
         }
+    }
+
+    fn refused(&mut self, asked: Asked, exception: u8) -> Result<Response, ModbusError> {
+        // The library does not look at what follows the exception in its frame.
+        if self.framing == Framing::Tcp && self.line.received() != EXCEPTION {
+            return Err(asked.garbled(Garbled::Length { got: self.line.received(), wanted: EXCEPTION }));
+        }
+        self.answers = self.answers.saturating_add(1);
+        let Asked { function, register } = asked;
+        Err(ModbusError::Refused { function, register, exception })
+    }
+
+    /// What about the answer is not as the request wants it.
+    fn difference(&self) -> Garbled {
+        let (sent, got) = self.line.exchange();
+        difference::between(self.framing, &sent, &got)
+    }
+
+    fn garbled(&self, asked: Asked) -> ModbusError {
+        asked.garbled(self.difference())
+    }
+
+    /// Whether the answer differs only in what may differ.
+    fn accepted(&self, asked: Asked) -> bool {
+        let (sent, mut got) = self.line.exchange();
+        difference::adopt(&sent, &mut got, self.accept);
+        got.get(7).is_some_and(|function| function & 0x7F == asked.function)
+            && difference::same_header(&sent, &got)
     }
 }
 

@@ -193,7 +193,7 @@ fn a_block_that_begins_between_two_steps_is_followed_back() {
         let candidate = &report.candidates[0];
         let Layout::Plain { input, .. } = candidate.address.layout else { panic!() };
         assert_eq!((input.first, candidate.encoders), (937, 3), "{}", told(&report));
-        assert_eq!(candidate.address.order, order);
+        assert_eq!(candidate.address.order_in, order);
         assert_eq!(candidate.certainty, Certainty::Likely);
     });
 }
@@ -212,7 +212,7 @@ fn a_gateway_on_which_every_register_exists_is_searched_within_its_limits() {
         // The first word's upper half is 0, so that it might begin one register later.
         let Layout::Plain { input, .. } = candidate.address.layout else { panic!() };
         assert_eq!((input.table, candidate.certainty), (Table::Holding, Certainty::Likely));
-        assert_eq!((input.first, candidate.address.order), (2048, order), "{}", told(&report));
+        assert_eq!((input.first, candidate.address.order_in), (2048, order), "{}", told(&report));
     });
 }
 
@@ -223,7 +223,7 @@ fn encoders_at_rest_are_possible_at_most() {
         let report = Gateway::new().with(Table::Input, 0, cells).search();
         let text = told(&report);
         assert!(report.candidates.iter().all(|c| c.certainty == Certainty::Possible), "{text}");
-        assert_eq!(report.candidates[0].address.order, order, "{text}");
+        assert_eq!(report.candidates[0].address.order_in, order, "{text}");
         assert!(text.starts_with("nothing moved"), "{text}");
     });
 }
@@ -249,7 +249,7 @@ fn a_small_number_that_moves_in_one_register_tells_the_order() {
         let report = Gateway::new().with(Table::Input, 0, cells).search();
         let candidate = &report.candidates[0];
         assert_eq!(
-            (candidate.certainty, candidate.address.order),
+            (candidate.certainty, candidate.address.order_in),
             (Certainty::Certain, order),
             "{}",
             told(&report)

@@ -128,7 +128,7 @@ fn each_misbehaviour_of_a_unit_gives_its_error_and_the_next_call_its_own_answer(
         (
             "another unit's",
             Act::Spoiled(|good| with_crc(&[&[8], &good[1..7]].concat())),
-            Some(garbled(Garbled::Foreign)),
+            Some(garbled(Garbled::Unit { got: 8, wanted: 9 })),
         ),
     ];
     for (name, act, expected) in cases {

@@ -35,7 +35,7 @@ enum Then {
 
 async fn tcp_read(answer: &[u8], then: Then) -> Result<Vec<u16>, ModbusError> {
     let (ours, theirs) = duplex(1024);
-    let mut wire = Wire::tcp(ours, 9);
+    let mut wire = Wire::tcp(ours, 9, Accept::default());
     tokio::select! {
         biased;
         result = wire.read(PLACE, 2, deadline()) => result,
@@ -191,14 +191,14 @@ async fn a_bad_checksum_is_no_answer_but_not_silence_either() {
 #[tokio::test(start_paused = true)]
 async fn serial_answers_of_the_wrong_kind_are_refused() {
     for (pdu, expected) in [
-        (&[9, 3, 4, 0x12, 0x34, 0x56, 0x78][..], Garbled::Foreign),
-        (&[8, 4, 4, 0x12, 0x34, 0x56, 0x78], Garbled::Foreign),
+        (&[9, 3, 4, 0x12, 0x34, 0x56, 0x78][..], Garbled::Function { got: 3, wanted: 4 }),
+        (&[8, 4, 4, 0x12, 0x34, 0x56, 0x78], Garbled::Unit { got: 8, wanted: 9 }),
         (&[9, 4, 2, 0x12, 0x34], Garbled::Registers { got: 1, wanted: 2 }),
         (&[9, 4, 6, 1, 2, 3, 4, 5, 6], Garbled::Registers { got: 3, wanted: 2 }),
         (&[9, 4, 0], Garbled::Registers { got: 0, wanted: 2 }),
         (&[9, 4, 3, 1, 2, 3], Garbled::Foreign),
-        (&[9, 16, 0, 0, 0, 2], Garbled::Foreign),
-        (&[9, 0x83, 2], Garbled::Foreign),
+        (&[9, 16, 0, 0, 0, 2], Garbled::Function { got: 16, wanted: 4 }),
+        (&[9, 0x83, 2], Garbled::Function { got: 0x83, wanted: 4 }),
     ] {
         let error = rtu_read(&with_crc(pdu), Then::Silent).await.unwrap_err();
         assert_eq!(error, ModbusError::Garbled { function: 4, register: 0, got: expected }, "{pdu:02X?}");
@@ -228,7 +228,7 @@ async fn no_function_code_and_no_length_of_an_answer_is_too_strange() {
 #[tokio::test(start_paused = true)]
 async fn what_came_unasked_is_thrown_away() {
     let (ours, mut theirs) = duplex(1024);
-    let mut wire = Wire::tcp(ours, 9);
+    let mut wire = Wire::tcp(ours, 9, Accept::default());
     // As the answer to a request that was given up would.
     theirs.write_all(&[0, 0, 0, 0, 0, 7, 9, 4, 4, 1, 1, 1, 1]).await.unwrap();
     let (result, ()) = tokio::join!(
@@ -252,7 +252,7 @@ async fn a_peer_that_never_stops_sending_is_given_up() {
             std::task::Poll::Ready(Ok(()))
         }
     }
-    let wire = Wire::tcp(tokio::io::join(Flood, tokio::io::sink()), 9);
+    let wire = Wire::tcp(tokio::io::join(Flood, tokio::io::sink()), 9, Accept::default());
     let error = wire.clear().await.unwrap_err();
     assert_eq!(error, lost(io::ErrorKind::InvalidData));
 }
