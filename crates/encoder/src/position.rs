@@ -17,7 +17,7 @@ use crate::unit::ZeroLoss;
 pub struct Offset {
     /// Rotary: phases, 0..Q*N at the preset. Linear: steps, mod 2^24.
     pub num: u32,
-    /// Rotary: the denominator that was active at the preset, 1..=99. Linear: 1.
+    /// Rotary: the denominator that was active at the preset, never 0. Linear: 1.
     pub denominator: u8,
 }
 

@@ -1,15 +1,16 @@
 //! A preset input: a voltage that must stand for a second [R66, R68..R71, C32, C40].
 
+use encoring_words::sheet::PRESET_INPUT;
 use encoring_words::{Duration, Instant};
 
 /// Above this many millivolts the input is 1 [R71].
-pub const HIGH_ABOVE_MV: u32 = 11_000;
+pub const HIGH_ABOVE_MV: u32 = PRESET_INPUT.high_above_mv;
 
 /// Below this many millivolts the input is 0 [R71].
-pub const LOW_BELOW_MV: u32 = 8_000;
+pub const LOW_BELOW_MV: u32 = PRESET_INPUT.low_below_mv;
 
 /// Above this many millivolts the input gets more than it is made for; it still reads 1 [R71].
-pub const OVERVOLTAGE_ABOVE_MV: u32 = 30_000;
+pub const OVERVOLTAGE_ABOVE_MV: u32 = PRESET_INPUT.max_mv;
 
 /// How long the input must be energised [R69].
 pub const ENERGISED_FOR: Duration = Duration::from_secs(1);

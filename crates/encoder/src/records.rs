@@ -119,7 +119,7 @@ impl Stored<5> for Offset {
 
     fn from_bytes([b0, b1, b2, b3, denominator]: [u8; 5]) -> Option<Self> {
         let num = u32::from_le_bytes([b0, b1, b2, b3]);
-        (1..=0x63).contains(&denominator).then_some(Self { num, denominator })
+        (denominator != 0).then_some(Self { num, denominator })
     }
 }
 

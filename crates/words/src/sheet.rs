@@ -127,6 +127,10 @@ pub(crate) static LA_66: DataSheet = DataSheet {
     lamps: &[],
 };
 
+/// The levels of the CE-100 [R71], which are assumed of every other preset input too: the LA-66's manual gives none.
+pub const PRESET_INPUT: PresetInputLevels =
+    PresetInputLevels { low_below_mv: 8_000, high_above_mv: 11_000, max_mv: 30_000 };
+
 const RS422: &str = "two-wire remote bus, RS422, galvanically isolated";
 
 pub(crate) static CE_100_M: DataSheet = DataSheet {
@@ -137,7 +141,7 @@ pub(crate) static CE_100_M: DataSheet = DataSheet {
     kilobaud: Some((500, 300)),
     interface: Some(RS422),
     supply: Some(Supply { millivolts: (11_000, 27_000), ripple_percent: 5, milliamperes: None }),
-    preset_input: Some(PresetInputLevels { low_below_mv: 8_000, high_above_mv: 11_000, max_mv: 30_000 }),
+    preset_input: Some(PRESET_INPUT),
     ssi: None,
     temperature: None,
     mechanics: None,
