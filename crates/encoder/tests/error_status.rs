@@ -16,6 +16,7 @@ fn mask(model: Model) -> u32 {
     }
 }
 
+// [R27]
 #[test]
 fn a_good_service_on_a_device_without_errors_leaves_bit_29_at_0() {
     for mut bench in every_model() {
@@ -28,6 +29,7 @@ fn a_good_service_on_a_device_without_errors_leaves_bit_29_at_0() {
     }
 }
 
+// [R28, R83]
 #[test]
 fn a_set_error_bit_is_cleared_by_the_data_check_alone() {
     for mut bench in every_model() {
@@ -53,6 +55,7 @@ fn a_power_cycle_clears_bit_29_and_the_latched_status() {
     }
 }
 
+// [R82]
 #[test]
 fn latched_bits_gather_until_the_data_check_and_are_told_once() {
     for mut bench in [ce100(), ce65()] {
@@ -64,6 +67,7 @@ fn latched_bits_gather_until_the_data_check_and_are_told_once() {
     }
 }
 
+// [R83]
 #[test]
 fn a_validity_fault_keeps_bit_29_and_the_data_check_says_a8h() {
     for mut bench in [ce100(), ce65()] {
@@ -89,6 +93,7 @@ fn a_check_with_latched_bits_but_valid_parameters_says_88h_and_accepts() {
     }
 }
 
+// [R77, R78]
 #[test]
 fn the_data_check_tells_the_status_in_the_second_word_and_nothing_above_it() {
     for mut bench in every_model() {
@@ -103,6 +108,7 @@ fn the_data_check_tells_the_status_in_the_second_word_and_nothing_above_it() {
     }
 }
 
+// [R84]
 #[test]
 fn error_bit_in_the_first_word_status_in_the_second() {
     let mut bench = ce65();
@@ -112,6 +118,7 @@ fn error_bit_in_the_first_word_status_in_the_second() {
     assert_eq!((reply >> 16, reply & 0xFFFF), (0x8800, 0x0080));
 }
 
+// [R85]
 #[test]
 fn a_memory_that_cannot_be_read_is_2_to_0() {
     for mut bench in [ce100(), ce65()] {
@@ -128,6 +135,7 @@ fn a_memory_that_cannot_be_read_is_2_to_0() {
     }
 }
 
+// [R86]
 #[test]
 fn a_memory_that_cannot_be_written_is_2_to_1_and_the_old_value_stays() {
     for mut bench in [ce100(), ce65()] {
@@ -146,6 +154,7 @@ fn a_memory_that_cannot_be_written_is_2_to_1_and_the_old_value_stays() {
     }
 }
 
+// [R86]
 #[test]
 fn a_value_that_does_not_read_back_is_2_to_1_and_the_old_one_stays_in_use() {
     for stuck in [0x00, 0x5A, 0xFF] {
@@ -179,6 +188,7 @@ fn a_check_that_cannot_store_the_accepted_set_tells_2_to_1_at_once_and_accepts_n
     }
 }
 
+// [R82, R87, R88, R92]
 #[test]
 fn the_bits_of_the_table_one_by_one() {
     let told = |mut bench: Bench, outs: &[u32]| {
@@ -200,6 +210,7 @@ fn the_bits_of_the_table_one_by_one() {
     assert_eq!(told(ce100(), &[0xC400_0011, 0xC500_0011, 0xC200_0010, 0xC300_0000]), 0x2300);
 }
 
+// [R91]
 #[test]
 fn bits_8_and_9_do_not_exist_on_the_ce_65() {
     let mut bench = ce65();
@@ -210,6 +221,7 @@ fn bits_8_and_9_do_not_exist_on_the_ce_65() {
     assert_eq!(bench.data_check(), 0x8800_0080);
 }
 
+// [R95]
 #[test]
 fn the_la_66_leaves_no_status_bit_but_2_to_5() {
     let mut bench = la66();
@@ -236,6 +248,7 @@ fn the_la_66_leaves_no_status_bit_but_2_to_5() {
 proptest! {
     #![proptest_config(cases(60))]
 
+    // [R94]
     #[test]
     fn no_status_ever_leaves_the_mask_of_its_model(
         outs in prop::collection::vec(any::<u32>(), 1..40),
@@ -254,6 +267,7 @@ proptest! {
     }
 }
 
+// [R142]
 #[test]
 fn speed_and_acceleration_beyond_every_limit_set_no_error() {
     for mut bench in [ce100(), ce65()] {
@@ -261,6 +275,28 @@ fn speed_and_acceleration_beyond_every_limit_set_no_error() {
             assert_eq!(bench.position_at(raw) & 0xFF00_0000, 0);
         }
         assert_eq!(bench.data_check(), 0x8800_0000);
+    }
+}
+
+// [R24]
+#[test]
+fn in_normal_mode_the_upper_byte_is_00h_and_with_an_error_20h_until_the_data_check() {
+    for bench in every_model() {
+        // Unknown, refused, and a read of what is only written.
+        for fault in [0x8700_0000, 0xC200_0000, 0x8600_0000] {
+            let mut bench = bench.clone();
+            let upper = |bench: &mut Bench| {
+                let words = [0, 0x7FFF_FFFF, 0x2000_0000, 0x0800_0000, 0x4600_1234];
+                words.map(|out| bench.exchange(out) >> 24)
+            };
+            assert_eq!(upper(&mut bench), [0x00; 5], "{}", bench.model());
+            bench.service(fault);
+            assert_eq!(upper(&mut bench), [0x20; 5], "{} after {fault:08X}", bench.model());
+            bench.service(0x8200_0000);
+            assert_eq!(upper(&mut bench), [0x20; 5], "a good service clears nothing");
+            bench.data_check();
+            assert_eq!(upper(&mut bench), [0x00; 5], "{} after the data check", bench.model());
+        }
     }
 }
 

@@ -22,6 +22,7 @@ fn after(bench: &mut Bench, start: u64, nanos: u64, out: u32) -> u32 {
 proptest! {
     #![proptest_config(cases(200))]
 
+    // [R13, R14]
     #[test]
     fn in_normal_mode_no_out_word_has_an_effect(outs in prop::collection::vec(0..1_u32 << 31, 1..60)) {
         // What one step of the factory's position is in raw units.
@@ -36,6 +37,7 @@ proptest! {
         }
     }
 
+    // [R13]
     #[test]
     fn in_normal_mode_no_out_word_clears_an_error(outs in prop::collection::vec(0..1_u32 << 31, 1..60)) {
         for mut bench in every_model() {
@@ -46,6 +48,7 @@ proptest! {
         }
     }
 
+    // [R30, R36]
     #[test]
     fn replies_are_shown_in_the_exchanges_that_the_rules_name(
         steps in prop::collection::vec((any::<bool>(), 0_u64..3), 1..80),
@@ -98,6 +101,7 @@ fn shown_by_the_rules(bits: &[bool], times: &[u64], service_time: u64) -> Vec<bo
     shown
 }
 
+// [R31]
 #[test]
 fn a_new_device_begins_in_normal_mode_with_the_position() {
     for mut bench in every_model() {
@@ -107,6 +111,7 @@ fn a_new_device_begins_in_normal_mode_with_the_position() {
     }
 }
 
+// [R40]
 #[test]
 fn the_four_phases_follow_one_another() {
     for mut bench in every_model() {
@@ -119,6 +124,7 @@ fn the_four_phases_follow_one_another() {
     }
 }
 
+// [R15, R17]
 #[test]
 fn the_service_bit_makes_the_difference_between_nothing_and_a_service() {
     for mut bench in every_model() {
@@ -129,6 +135,7 @@ fn the_service_bit_makes_the_difference_between_nothing_and_a_service() {
     }
 }
 
+// [R41]
 #[test]
 fn a_request_ends_with_bit_31_alone_whatever_the_rest() {
     for end in [0x4200_270F, 0, 0x7FFF_FFFF, 0x0800_0000, 0x4600_0001] {
@@ -244,6 +251,7 @@ fn a_service_is_completed_in_the_first_exchange_after_its_time() {
     assert_eq!(after(&mut bench, start, 33 * MS, 0xC200_0FFF), 0xC200_0FFF);
 }
 
+// [R36]
 #[test]
 fn a_busy_encoder_shows_the_moving_position_and_has_changed_nothing() {
     let mut bench = with_default_times(ce65());
@@ -369,6 +377,7 @@ fn an_error_that_appears_during_the_reply_is_seen_after_it() {
     assert_eq!(bench.exchange(0), 0x2000_0000);
 }
 
+// [R39]
 #[test]
 fn the_position_of_the_end_is_fresh_and_not_that_of_the_request() {
     for mut bench in [ce100(), ce65()] {

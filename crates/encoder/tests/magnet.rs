@@ -15,6 +15,7 @@ fn at(bench: &mut Bench, start: u64, nanos: u64, magnet: Magnet, raw: i64) -> u3
 
 use Magnet::{Missing, Present};
 
+// [R96]
 #[test]
 fn without_the_magnet_normal_mode_shows_20h_and_the_last_good_position() {
     let mut bench = la66();
@@ -36,6 +37,7 @@ fn the_rod_ends_at_0_and_at_its_length() {
     }
 }
 
+// [R77]
 #[test]
 fn the_error_stays_until_a_data_check_with_the_magnet_back() {
     let mut bench = la66();

@@ -151,6 +151,7 @@ fn sweep(check: impl Fn(&Bench, usize, CellFault, &str)) {
 }
 
 /// The fault comes while the device is off.
+// [R98]
 #[test]
 fn a_fault_found_at_power_up_is_never_a_mixture() {
     sweep(|bench, cell, fault, what| {
@@ -197,6 +198,7 @@ fn a_fault_found_at_power_up_is_never_a_mixture() {
 }
 
 /// The fault comes while the device is on; then every value is written, accepted and preset anew.
+// [R98]
 #[test]
 fn a_write_under_a_fault_is_done_or_refused_and_never_half() {
     sweep(|bench, cell, fault, what| {
@@ -266,6 +268,7 @@ fn a_write_under_a_fault_is_done_or_refused_and_never_half() {
 }
 
 /// R85: the other way round than above, a read fault must not pass unnoticed.
+// [R85]
 #[test]
 fn a_value_that_cannot_be_read_at_all_is_told_by_every_read_service() {
     for new in [ce100, ce65] {

@@ -41,6 +41,7 @@ fn the_factory_position_is_the_raw_one() {
     assert_eq!(bench.position_at(3), 1);
 }
 
+// [R79]
 #[test]
 fn the_old_parameters_work_until_the_data_check() {
     for mut bench in [ce100(), ce65()] {
@@ -57,6 +58,7 @@ fn the_old_parameters_work_until_the_data_check() {
     }
 }
 
+// [R80]
 #[test]
 fn without_a_data_check_the_new_parameters_work_from_the_next_power_up_on() {
     for mut bench in [ce100(), ce65()] {
@@ -69,6 +71,7 @@ fn without_a_data_check_the_new_parameters_work_from_the_next_power_up_on() {
     }
 }
 
+// [R81]
 #[test]
 fn several_parameters_switch_together_in_any_order() {
     let writes = [0xC200_37FF, 0xC300_0023, 0xC900_000A];
@@ -183,6 +186,7 @@ fn the_data_check_of_the_la_66_writes_nothing() {
     assert_eq!(bench.memory.written(), written);
 }
 
+// [R97]
 #[test]
 fn a_power_cycle_keeps_every_parameter() {
     let kept: [(New, &[u32]); 3] = [
@@ -218,6 +222,7 @@ fn a_refused_write_leaves_programmed_and_active_as_they_were() {
     }
 }
 
+// [R99]
 #[test]
 fn a_ratio_of_more_than_4096_turns_wraps_only_after_all_of_them() {
     let mut bench = ce100();

@@ -46,6 +46,7 @@ fn share(rotary: &Rotary, share: u32) -> u32 {
 proptest! {
     #![proptest_config(cases(300))]
 
+    // [R23]
     #[test]
     fn any_raw_place_gives_the_value_of_the_formula(
         rotary in legal(),
@@ -73,6 +74,7 @@ proptest! {
         }
     }
 
+    // [R59]
     #[test]
     fn the_range_ends_after_exactly_n_turns_and_d_rounds(rotary in legal(), raw in raws()) {
         let mut bench = bench(&rotary);
@@ -86,6 +88,7 @@ proptest! {
         }
     }
 
+    // [R73]
     #[test]
     fn a_preset_lands_exactly_and_stays(
         rotary in legal(),
@@ -147,6 +150,7 @@ proptest! {
         prop_assert_eq!(bench.position_at(raw), value);
     }
 
+    // [R49]
     #[test]
     fn a_rod_gives_the_value_of_the_formula_and_presets_land_modulo_2_to_24(
         rod_um in prop_oneof![10..=167_772_150_u32, 10..=1000_u32],
@@ -175,6 +179,7 @@ proptest! {
 }
 
 /// Every place of N turns: each of the S + 1 values comes, in order, D times round.
+// [R59]
 #[test]
 fn no_value_is_skipped_and_none_is_out_of_order_over_whole_ranges() {
     for (s, n, d) in [
@@ -208,6 +213,7 @@ fn no_value_is_skipped_and_none_is_out_of_order_over_whole_ranges() {
     }
 }
 
+// [R44]
 #[test]
 fn clockwise_rises_with_0_and_falls_with_1() {
     for mut bench in [ce100(), ce65()] {
@@ -223,6 +229,7 @@ fn clockwise_rises_with_0_and_falls_with_1() {
     }
 }
 
+// [R42]
 #[test]
 fn towards_the_rods_end_increases_with_0_and_decreases_with_1() {
     let mut bench = la66();
@@ -234,6 +241,7 @@ fn towards_the_rods_end_increases_with_0_and_decreases_with_1() {
     );
 }
 
+// [R53]
 #[test]
 fn ten_turns_wrap_after_exactly_ten_turns() {
     for mut bench in [ce100(), ce65()] {
@@ -245,6 +253,7 @@ fn ten_turns_wrap_after_exactly_ten_turns() {
     }
 }
 
+// [R62]
 #[test]
 fn three_and_a_half_turns_are_35_over_10() {
     let mut bench = ce65();
@@ -265,6 +274,7 @@ fn an_integer_ratio_may_be_written_with_any_denominator() {
     assert_eq!(positions(10, 1), positions(990, 99));
 }
 
+// [R100]
 #[test]
 fn the_position_never_has_more_than_24_bits() {
     let mut bench = ce65_8192();

@@ -88,6 +88,7 @@ fn sweep_write(bench: &Bench, writes: [u32; 3], settle: &[u32]) {
     }
 }
 
+// [R144]
 #[test]
 fn every_parameter_of_every_model() {
     let direction = [0xC100_0001, 0xC100_0000, 0xC100_0001];
@@ -116,6 +117,7 @@ fn parameters_that_each_data_check_accepted_before() {
     }
 }
 
+// [R144]
 #[test]
 fn the_preset_offset_of_every_model() {
     for bench in every_model() {
@@ -123,6 +125,7 @@ fn the_preset_offset_of_every_model() {
     }
 }
 
+// [R144]
 #[test]
 fn the_accepted_set() {
     // The restart takes over what was programmed, unless that is bad: so a bad numerator follows the check.
@@ -193,6 +196,7 @@ fn the_take_over_at_power_up() {
     }
 }
 
+// [R144]
 #[test]
 fn the_turn_count() {
     for bench in [ce100(), ce65(), ce65_8192()] {

@@ -30,6 +30,7 @@ const ONE: [u32; 2] = [24_000, 0];
 const TWO: [u32; 2] = [0, 24_000];
 const BOTH: [u32; 2] = [24_000, 24_000];
 
+// [R68, R69]
 #[test]
 fn the_input_must_be_energised_for_exactly_a_second() {
     for (inputs, value) in [(ONE, FIRST), (TWO, SECOND_VALUE)] {
@@ -65,6 +66,7 @@ fn a_second_with_a_gap_is_none() {
     assert_eq!(seen(&mut bench, start, 1_501 * MS, ONE, 0), FIRST);
 }
 
+// [R69]
 #[test]
 fn one_activation_adjusts_once() {
     let mut bench = bench();
@@ -90,6 +92,7 @@ fn is_1_at(before: u32, millivolts: u32) -> bool {
     seen(&mut bench, start, 3 * SECOND, [millivolts, 0], 0) == FIRST
 }
 
+// [R71]
 #[test]
 fn below_8_v_is_0_above_11_v_is_1_and_between_nothing_changes() {
     let table = [
@@ -167,6 +170,7 @@ fn the_value_of_the_accepted_set_counts_and_not_the_programmed_one() {
     assert_eq!(seen(&mut bench, start, 2 * SECOND, ONE, 0), 0x3333);
 }
 
+// [R68]
 #[test]
 fn a_service_within_the_second_starts_it_anew() {
     let mut bench = bench();
@@ -280,6 +284,7 @@ fn an_offset_that_cannot_be_stored_moves_nothing_and_is_2_to_1() {
     assert_eq!(seen(&mut bench, start, 6 * SECOND, ONE, 0), FIRST);
 }
 
+// [R66]
 #[test]
 fn the_la_66_has_one_input_and_takes_any_24_bit_value() {
     let mut bench = la66();
@@ -294,6 +299,7 @@ fn the_la_66_has_one_input_and_takes_any_24_bit_value() {
     assert_eq!(bench.power_cycle(), 0xFE_DCBA);
 }
 
+// [R72]
 #[test]
 fn the_ce_65_has_none() {
     let mut bench = ce65();

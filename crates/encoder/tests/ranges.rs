@@ -34,6 +34,7 @@ fn refuses(bench: &mut Bench, number: u32, data: u32) {
     assert_eq!(bench.data_check() & 0x2F, 0, "told once");
 }
 
+// [R45, R99]
 #[test]
 fn the_counting_direction_of_la_66_and_ce_100_is_0_or_1() {
     for mut bench in [la66(), ce100()] {
@@ -46,6 +47,7 @@ fn the_counting_direction_of_la_66_and_ce_100_is_0_or_1() {
     }
 }
 
+// [R47]
 #[test]
 fn service_01_of_the_ce_65_takes_every_byte_and_returns_0_or_1() {
     let mut bench = ce65();
@@ -68,6 +70,7 @@ fn service_01_of_the_ce_65_takes_every_byte_and_returns_0_or_1() {
     }
 }
 
+// [R46]
 #[test]
 fn service_01_of_the_ce_65_means_two_by_two_behaviours() {
     let mut bench = ce65();
@@ -90,6 +93,7 @@ fn service_01_of_the_ce_65_means_two_by_two_behaviours() {
     }
 }
 
+// [R54]
 #[test]
 fn the_measuring_length_of_the_rotary_encoders_begins_at_10h() {
     for mut bench in [ce100(), ce65()] {
@@ -102,6 +106,7 @@ fn the_measuring_length_of_the_rotary_encoders_begins_at_10h() {
     }
 }
 
+// [R49]
 #[test]
 fn the_measuring_length_of_the_la_66_is_arbitrary_but_not_0() {
     let mut bench = la66();
@@ -111,6 +116,7 @@ fn the_measuring_length_of_the_la_66_is_arbitrary_but_not_0() {
     refuses(&mut bench, 2, 0);
 }
 
+// [R57]
 #[test]
 fn the_numerator_ends_at_ffffh() {
     for mut bench in [ce100(), ce65()] {
@@ -123,6 +129,7 @@ fn the_numerator_ends_at_ffffh() {
     }
 }
 
+// [R57, R92]
 #[test]
 fn a_numerator_of_0_is_stored_and_flagged_at_once() {
     for mut bench in [ce100(), ce65()] {
@@ -155,6 +162,7 @@ fn a_numerator_of_0_that_the_memory_does_not_take_is_2_to_1_and_not_2_to_13() {
     }
 }
 
+// [R58]
 #[test]
 fn the_denominator_is_1_to_63h() {
     for mut bench in [ce100(), ce65()] {
@@ -167,6 +175,7 @@ fn the_denominator_is_1_to_63h() {
     }
 }
 
+// [R66]
 #[test]
 fn preset_value_1_of_the_la_66_does_not_depend_on_the_measuring_length() {
     let mut bench = la66();
@@ -177,6 +186,7 @@ fn preset_value_1_of_the_la_66_does_not_depend_on_the_measuring_length() {
     }
 }
 
+// [R67, R70, R90]
 #[test]
 fn preset_values_of_the_ce_100_are_judged_by_the_data_check() {
     for (number, bit) in [(4, 0x100), (5, 0x200)] {
@@ -196,6 +206,7 @@ fn preset_values_of_the_ce_100_are_judged_by_the_data_check() {
     }
 }
 
+// [R90]
 #[test]
 fn a_length_shrunk_below_the_preset_values_is_their_fault() {
     let mut bench = ce100();
@@ -208,6 +219,7 @@ fn a_length_shrunk_below_the_preset_values_is_their_fault() {
     assert_eq!(bench.data_check(), 0x8800_0000);
 }
 
+// [R75]
 #[test]
 fn service_06_of_the_rotary_encoders_ends_at_the_active_length() {
     for mut bench in [ce100(), ce65()] {
@@ -232,6 +244,7 @@ fn service_06_of_the_rotary_encoders_ends_at_the_active_length() {
     }
 }
 
+// [R74]
 #[test]
 fn service_06_of_the_la_66_takes_24_bits() {
     let mut bench = la66();
@@ -241,6 +254,7 @@ fn service_06_of_the_la_66_takes_24_bits() {
     }
 }
 
+// [R105, R115]
 #[test]
 fn the_number_of_ssi_bits_is_8_to_20h() {
     let mut bench = ce65();
@@ -252,6 +266,7 @@ fn the_number_of_ssi_bits_is_8_to_20h() {
     }
 }
 
+// [R114]
 #[test]
 fn service_0d_returns_0_or_1_and_24_bits_with_repetition() {
     let mut bench = ce65();
@@ -269,6 +284,7 @@ fn service_0d_returns_0_or_1_and_24_bits_with_repetition() {
     }
 }
 
+// [R56, R64]
 #[test]
 fn parameters_are_read_and_written_on_every_model_that_has_them() {
     for mut bench in every_model() {

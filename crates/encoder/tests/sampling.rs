@@ -23,6 +23,7 @@ fn seen(bench: &mut Bench, start: u64, nanos: u64, raw: i64) -> i64 {
     i64::from(bench.exchange_now(0))
 }
 
+// [R8]
 #[test]
 fn the_ce_100_looks_every_millisecond_since_power_up() {
     let mut bench = ce100();
@@ -33,6 +34,7 @@ fn the_ce_100_looks_every_millisecond_since_power_up() {
     }
 }
 
+// [R9]
 #[test]
 fn the_ce_65_looks_every_half_millisecond_since_power_up() {
     for (mut bench, scale) in [(ce65(), 1), (ce65_8192(), 2)] {
@@ -54,6 +56,7 @@ fn the_la_66_looks_every_millisecond_too() {
     }
 }
 
+// [R9]
 #[test]
 fn two_readings_0_3_ms_apart_may_be_the_same() {
     let mut bench = ce65();

@@ -96,22 +96,26 @@ fn check_rows(new: New, rows: &[Row]) {
     }
 }
 
+// [R21, R43, R52]
 #[test]
 fn every_service_of_the_la_66_read_and_written() {
     check_rows(la66, &la66_rows());
 }
 
+// [R21, R89, R101]
 #[test]
 fn every_service_of_the_ce_100_read_and_written() {
     check_rows(ce100, &ce100_rows());
 }
 
+// [R21, R89, R102, R113]
 #[test]
 fn every_service_of_the_ce_65_read_and_written() {
     check_rows(ce65, &ce65_rows());
     check_rows(ce65_8192, &ce65_8192_rows());
 }
 
+// [R19]
 #[test]
 fn bits_28_and_29_of_out_are_ignored() {
     let tables: [(New, Vec<Row>); 3] = [(la66, la66_rows()), (ce100, ce100_rows()), (ce65, ce65_rows())];
@@ -126,6 +130,7 @@ fn bits_28_and_29_of_out_are_ignored() {
     }
 }
 
+// [R26]
 #[test]
 fn the_handshake_completes_for_every_code_byte() {
     for mut bench in every_model() {
@@ -138,6 +143,7 @@ fn the_handshake_completes_for_every_code_byte() {
     }
 }
 
+// [R20]
 #[test]
 fn the_reserve_bit_is_never_set_by_the_encoder() {
     for mut bench in every_model() {
@@ -150,6 +156,7 @@ fn the_reserve_bit_is_never_set_by_the_encoder() {
     }
 }
 
+// [R18]
 #[test]
 fn bit_30_decides_between_reading_and_writing() {
     for mut bench in every_model() {
@@ -163,6 +170,7 @@ fn bit_30_decides_between_reading_and_writing() {
 proptest! {
     #![proptest_config(cases(200))]
 
+    // [R16, R22, R35]
     #[test]
     fn the_data_of_a_read_service_has_no_effect(number in 0_u32..16, data in 0_u32..1 << 24) {
         for mut bench in every_model() {
@@ -174,6 +182,7 @@ proptest! {
         }
     }
 
+    // [R25, R37]
     #[test]
     fn a_write_is_echoed_as_it_was_sent_whatever_becomes_of_it(
         number in 0_u32..16,
@@ -208,6 +217,7 @@ proptest! {
     }
 }
 
+// [R26]
 #[test]
 fn a_read_returns_the_value_and_not_the_data_of_the_request() {
     for mut bench in [ce100(), ce65()] {
@@ -217,6 +227,7 @@ fn a_read_returns_the_value_and_not_the_data_of_the_request() {
     }
 }
 
+// [R29]
 #[test]
 fn replies_are_binary_although_the_position_is_gray() {
     let mut bench = ce65();
@@ -231,6 +242,7 @@ fn replies_are_binary_although_the_position_is_gray() {
     assert_eq!(bench.data_check(), 0x8800_0080, "nor the status");
 }
 
+// [R73, R76]
 #[test]
 fn service_06_sets_the_position_and_cannot_be_read() {
     for mut bench in every_model() {
@@ -242,6 +254,7 @@ fn service_06_sets_the_position_and_cannot_be_read() {
     }
 }
 
+// [R78]
 #[test]
 fn writing_service_08_neither_checks_nor_clears_nor_accepts() {
     for mut bench in [ce100(), ce65()] {
@@ -257,6 +270,7 @@ fn writing_service_08_neither_checks_nor_clears_nor_accepts() {
     }
 }
 
+// [R65, R72]
 #[test]
 fn a_service_of_another_model_is_an_unknown_command() {
     // 03, 05 and 09 on the LA-66; 04 and 05 on the CE-65; 0D on the LA-66 and the CE-100.

@@ -21,6 +21,7 @@ fn bench_with(raw: i64, ssi: u32) -> Bench {
     bench
 }
 
+// [R106]
 #[test]
 fn at_rest_data_is_high() {
     let mut bench = bench_with(0, 0x18);
@@ -32,6 +33,7 @@ fn at_rest_data_is_high() {
     assert_eq!(bench.data(), High);
 }
 
+// [R107]
 #[test]
 fn the_first_falling_edge_latches_and_later_movement_does_not_change_the_word() {
     let mut bench = bench_with(0x12_3456, 0x18);
@@ -56,6 +58,7 @@ fn the_first_falling_edge_latches_and_later_movement_does_not_change_the_word() 
     assert_eq!(bench.ssi_word(8), position & 0xFF, "and count from the next transfer on");
 }
 
+// [R107]
 #[test]
 fn the_most_significant_bit_comes_first_with_the_first_rising_edge() {
     for bit in 0..24 {
@@ -67,6 +70,7 @@ fn the_most_significant_bit_comes_first_with_the_first_rising_edge() {
     }
 }
 
+// [R108]
 #[test]
 fn data_changes_on_rising_edges_only_and_when_the_mono_period_ends() {
     let mut bench = bench_with(0xA5_5A33, 0x18);
@@ -103,6 +107,7 @@ fn the_encoder_tells_when_data_will_change_without_an_edge() {
     assert_eq!(bench.encoder.ssi_level(Instant(bench.now)), (Low, Some(Instant(bench.now + MONO + 1))));
 }
 
+// [R111]
 #[test]
 fn a_gap_of_20_us_with_the_clock_high_is_within_a_transfer_and_one_nanosecond_more_is_not() {
     for (gap, rest) in [(MONO, 0x12_3456 & 0x7F_FFFF), (MONO + 1, 0x65_4321 >> 1)] {
@@ -157,6 +162,7 @@ fn the_same_clock_level_told_twice_is_no_edge() {
     assert_eq!(word, 0x12_3456);
 }
 
+// [R116]
 #[test]
 fn the_number_of_bits_places_the_position_in_the_pulses() {
     let position = 0x27_0F_u32;
@@ -173,6 +179,7 @@ fn the_number_of_bits_places_the_position_in_the_pulses() {
     }
 }
 
+// [R117]
 #[test]
 fn thirty_one_bits_are_the_ak_40_format_in_binary_with_odd_parity() {
     for ssi in [0x1F, 0x011F] {
@@ -184,6 +191,7 @@ fn thirty_one_bits_are_the_ak_40_format_in_binary_with_odd_parity() {
     }
 }
 
+// [R117]
 #[test]
 fn firmware_of_week_40_of_1997_sends_31_plain_bits() {
     let old = |ssi: u32| {
@@ -202,6 +210,7 @@ fn firmware_of_week_40_of_1997_sends_31_plain_bits() {
     assert_eq!(newer.ssi_word(32), 0x4E1F);
 }
 
+// [R119]
 #[test]
 fn repetition_sends_the_latched_word_every_26_pulses() {
     for number_of_bits in [0x08, 0x18, 0x1F, 0x20] {
@@ -231,6 +240,7 @@ fn gray_is_made_of_the_whole_value_before_the_cut() {
     assert_eq!(bench.ssi_word(24), 0x3488);
 }
 
+// [R109]
 #[test]
 fn a_receiver_on_rising_edges_sees_the_bit_before() {
     let mut bench = bench_with(0x12_3456, 0x18);
@@ -250,6 +260,7 @@ fn a_receiver_on_rising_edges_sees_the_bit_before() {
     assert_eq!(number(&rising[1..]), 0x12_3456);
 }
 
+// [R104]
 #[test]
 fn the_word_comes_at_every_clock_rate_from_50_khz_to_1_1_mhz() {
     // Half periods: 1.1 MHz, 1 MHz, 80 kHz, 50 kHz, and periods of 19.9 us.
@@ -263,6 +274,7 @@ fn the_word_comes_at_every_clock_rate_from_50_khz_to_1_1_mhz() {
     }
 }
 
+// [R111]
 #[test]
 fn a_clock_of_less_than_50_khz_restarts_the_word_at_every_pulse() {
     for half in [10_001, 10_050] {
@@ -272,6 +284,7 @@ fn a_clock_of_less_than_50_khz_restarts_the_word_at_every_pulse() {
     }
 }
 
+// [R110]
 #[test]
 fn after_the_last_bit_data_is_low_until_the_mono_period_has_passed() {
     let mut bench = bench_with(0x00_0001, 0x18);
@@ -279,14 +292,18 @@ fn after_the_last_bit_data_is_low_until_the_mono_period_has_passed() {
     assert_eq!(bits[23], High, "the last bit stays with exactly n clocks");
     bench.advance(10 * US);
     assert_eq!(bench.data(), High);
-    bench.advance(100 * US);
-    bench.ssi_transfer(25, US);
-    assert_eq!(bench.data(), Low);
-    // The last falling edge was 2 us ago.
-    bench.advance(MONO - 2 * US);
-    assert_eq!(bench.data(), Low);
-    bench.advance(1);
-    assert_eq!(bench.data(), High);
+    // From the clock after the last bit on, whatever stood in it.
+    for clocks in [25, 26, 40] {
+        bench.advance(100 * US);
+        let bits = bench.ssi_transfer(clocks, US);
+        assert!(bits[24..].iter().all(|level| *level == Low), "{clocks} clocks");
+        assert_eq!(bench.data(), Low);
+        // The last falling edge was 2 us ago.
+        bench.advance(MONO - 2 * US);
+        assert_eq!(bench.data(), Low);
+        bench.advance(1);
+        assert_eq!(bench.data(), High);
+    }
 }
 
 #[test]
@@ -296,6 +313,7 @@ fn a_clock_that_never_stops_finds_data_low() {
     assert!(bench.ssi_transfer(100_000, US).iter().all(|level| *level == Low));
 }
 
+// [R48, R105]
 #[test]
 fn bus_code_and_ssi_code_are_independent() {
     for (bus, ssi) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -306,6 +324,7 @@ fn bus_code_and_ssi_code_are_independent() {
     }
 }
 
+// [R113]
 #[test]
 fn only_accepted_ssi_values_count() {
     let mut bench = ce65();
@@ -340,8 +359,15 @@ fn scaling_and_preset_are_those_of_the_bus() {
     }
 }
 
+// [R11]
 #[test]
-fn the_other_models_have_no_ssi_output() {
+fn only_the_ce_65_has_an_ssi_output_beside_the_bus() {
+    for mut bench in [ce65(), ce65_8192()] {
+        let position = bench.position_at(0x12_3456);
+        assert_eq!(bench.data(), High);
+        assert_eq!(bench.ssi_word(24), u64::from(position));
+        assert!(position > 0x01_0000, "more than zeros: {position:X}");
+    }
     for mut bench in [la66(), ce100()] {
         bench.turn_to(0x12_3456);
         assert_eq!(bench.data(), Low);
@@ -353,6 +379,7 @@ fn the_other_models_have_no_ssi_output() {
 proptest! {
     #![proptest_config(cases(200))]
 
+    // [R120]
     #[test]
     fn neighbouring_positions_differ_in_one_bit_of_gray(raw in 0..0xFF_FFFF_i64) {
         let mut bench = bench_with(raw, 0x0118);

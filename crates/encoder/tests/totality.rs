@@ -148,6 +148,7 @@ fn position_is_legal(bench: &Bench) {
 proptest! {
     #![proptest_config(cases(150))]
 
+    // [R24]
     #[test]
     fn no_sequence_of_acts_stops_a_device(acts in acts(), slow in any::<bool>()) {
         for bench in every_model() {

@@ -4,7 +4,9 @@
 mod common;
 
 use common::{Bench, MS, ce65, ce65_8192, ce100, la66};
-use encoring_encoder::{Week, ZeroLoss};
+use encoring_encoder::{Unit, Week, ZeroLoss};
+use encoring_words::Model;
+use encoring_words::model::Sensor;
 
 /// Scaling, Q = 4096: the writes, then raw -> value.
 fn positions(bench: &mut Bench, writes: &[u32], table: &[(i64, u32)]) {
@@ -32,6 +34,7 @@ fn three_and_a_half_turns_of_4096_steps() {
     }
 }
 
+// [R61]
 #[test]
 fn three_and_a_half_turns_of_1000_steps() {
     let table = [(4096, 1000), (14_335, 3499), (14_336, 0)];
@@ -40,6 +43,25 @@ fn three_and_a_half_turns_of_1000_steps() {
     }
 }
 
+// [R100]
+#[test]
+fn the_ce_65_has_4096_or_8192_steps_4096_turns_24_bits_and_two_codes() {
+    let built = |steps_per_turn| Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn }).is_ok();
+    assert_eq!((1..=16_384).filter(|steps| built(*steps)).collect::<Vec<_>>(), [4_096, 8_192]);
+    for (mut bench, native, steps_per_value) in [(ce65(), 4_096, 1), (ce65_8192(), 8_192, 2)] {
+        // 4096 turns are the whole range, and it fills 24 bits.
+        let end = native * 4_096;
+        assert_eq!(bench.position_at(end - 1), 0xFF_FFFF);
+        assert_eq!(bench.position_at(end), 0);
+        let shown = bench.position_at(0x12_3456 * steps_per_value);
+        assert_eq!(shown, 0x12_3456, "binary");
+        bench.program(&[0xC100_0100]);
+        assert_eq!(bench.position(), 0x12_3456 ^ 0x12_3456 >> 1, "Gray");
+        assert_eq!(bench.position_at(end - 1), 0x80_0000, "one bit of 24");
+    }
+}
+
+// [R93, R100]
 #[test]
 fn more_steps_per_turn_than_the_rating_plate_is_2_to_14() {
     let judged = |mut bench: Bench, s: u32, n: u32, d: u32| {
@@ -63,6 +85,7 @@ fn more_steps_per_turn_than_the_rating_plate_is_2_to_14() {
 }
 
 /// The example of CE-100 6 and CE-65 3.3: 1000 steps a turn, 10 turns.
+// [R5, R55]
 #[test]
 fn the_programming_example_of_the_manuals_frame_by_frame() {
     for mut bench in [ce100(), ce65()] {
@@ -82,6 +105,7 @@ fn the_programming_example_of_the_manuals_frame_by_frame() {
     }
 }
 
+// [R41]
 #[test]
 fn the_request_of_the_example_may_end_with_4200270f_or_with_0() {
     for end in [0x4200_270F, 0x0000_0000] {
@@ -123,6 +147,7 @@ fn with_the_factory_length_ten_turns_are_too_few() {
     assert_eq!(bench.data_check(), 0xA800_4000);
 }
 
+// [R50]
 #[test]
 fn a_rod_of_500_mm_reads_c350h_at_its_end() {
     let mut bench = la66();
@@ -132,6 +157,7 @@ fn a_rod_of_500_mm_reads_c350h_at_its_end() {
     assert_eq!(bench.position_at(10), 1);
 }
 
+// [R51]
 #[test]
 fn a_tenth_of_a_millimetre_is_1388h_and_not_1288h() {
     let mut bench = la66();

@@ -25,6 +25,7 @@ fn right(steps: i64) -> u32 {
 proptest! {
     #![proptest_config(cases(200))]
 
+    // [R63]
     #[test]
     fn up_to_2048_turns_while_off_the_position_is_right(
         from in -(1_i64 << 60)..1_i64 << 60,
@@ -61,6 +62,7 @@ proptest! {
         prop_assert_eq!(bench.power_cycle_moved_to(raw), right(found));
     }
 
+    // [R63]
     #[test]
     fn the_worst_allowed_is_right_up_to_512_turns_and_one_round_against_the_travel_beyond(
         from in -(1_i64 << 60)..1_i64 << 60,

@@ -102,10 +102,15 @@ mod tests {
         }
     }
 
+    // [R7]
     #[test]
     fn thirteen_bits_a_byte_are_the_manuals_300_kbaud_net() {
-        assert_eq!(500 * 8 / TELEGRAM_BITS, 307);
-        let one = CycleTime { software: Duration::ZERO, ..CycleTime::default() };
-        assert_eq!(one.of_encoders(1), Duration::from_micros(263));
+        let line = CycleTime { software: Duration::ZERO, ..CycleTime::default() };
+        assert_eq!(1_000_000_000 / line.bit.as_nanos(), 500_000, "bits a second, gross");
+        // Net are 8 of the 13 bits of a byte, and no more in a whole cycle of the longest ring.
+        let byte = line.of(513, 0).as_nanos() - line.of(512, 0).as_nanos();
+        let net = [8 * 1_000_000 / byte, 8 * 512 * 1_000_000 / line.of_encoders(128).as_nanos()];
+        assert_eq!(net, [307, 295], "kbit a second");
+        assert_eq!(net.map(|kbit| (kbit + 50) / 100 * 100), [300, 300], "as the manuals round it");
     }
 }

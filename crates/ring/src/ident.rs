@@ -153,6 +153,7 @@ mod tests {
     use super::*;
     use crate::profile::DEVICE_BYTES_MAX;
 
+    // [R2, R3]
     #[test]
     fn an_encoder_is_33h_with_two_words() {
         assert_eq!(ENCODER, Ident(0x0233));

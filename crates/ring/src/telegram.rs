@@ -507,6 +507,7 @@ mod tests {
             .collect()
     }
 
+    // [R7]
     #[test]
     fn a_byte_stands_between_start_and_stop_with_its_highest_bit_first() {
         assert_eq!(data_telegram(CycleKind::Data, Part::Data, 0xA1), 0b0001_1010_0001_1);

@@ -343,6 +343,7 @@ mod tests {
         assert_eq!(bench.taken(600), [0x100]);
     }
 
+    // [R139]
     #[test]
     fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
         let mut bench = Bench::of(1);

@@ -18,6 +18,7 @@ fn encoders(count: usize) -> BitRing<Vec<Slave>> {
     ring
 }
 
+// [R1]
 #[test]
 fn words_move_both_ways_through_every_length_of_ring() {
     for count in [1, 2, 3, 16, 128] {
@@ -133,6 +134,7 @@ fn with_permission_the_master_runs_on_with_the_devices_before_a_break() {
     assert_eq!(bench.held(), [0xC200_0000, 0xC200_0001, 0xC200_0002]);
 }
 
+// [R1]
 #[test]
 fn ready_active_run_and_back() {
     let slaves: Vec<Slave> = (0..3).map(|_| Slave::new(ENCODER, BIT_500K)).collect();
@@ -178,6 +180,7 @@ fn ready_active_run_and_back() {
     assert_eq!(bench.ring.master().status(), 0x0080);
 }
 
+// [R137]
 #[test]
 fn without_its_jumper_a_device_hides_those_behind_it_from_the_search() {
     for position in 0..3 {

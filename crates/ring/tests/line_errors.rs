@@ -123,6 +123,7 @@ fn bits() -> impl Iterator<Item = (usize, u32)> + Clone {
     (0..SEGMENTS).flat_map(|segment| (0..FRAME_BITS).map(move |bit| (segment, bit)))
 }
 
+// [R6]
 #[test]
 fn no_single_flip_changes_a_word_and_each_is_located_to_its_segment() {
     let running = running();
@@ -153,6 +154,7 @@ fn pairs(step: usize) -> Found {
     found
 }
 
+// [R6]
 #[test]
 fn flips_of_two_bits_change_no_word_and_are_located_a_dense_part() {
     let found = pairs(401);
@@ -189,6 +191,7 @@ fn bursts(segments: impl Iterator<Item = usize>, tried: impl Fn(u32, u32, u32) -
     found
 }
 
+// [R6]
 #[test]
 fn bursts_up_to_16_bits_change_no_word_and_are_located_a_dense_part() {
     let all = |length: u32| (1 << (length - 2)) - 1;

@@ -48,6 +48,7 @@ fn resets() -> Vec<(&'static str, String, &'static [&'static str])> {
     ]
 }
 
+// [R144]
 #[test]
 fn a_preset_that_stands_through_a_reset_of_the_bus_moves_no_zero_a_second_time() {
     for (what, events, levels) in resets() {

@@ -186,6 +186,7 @@ fn row(table: &mut String, name: &str, kind: Kind, encoders: usize, at: usize) {
     .unwrap();
 }
 
+// [R139]
 #[test]
 fn what_every_fault_does_at_every_place_is_in_the_table() {
     let mut table = String::from(

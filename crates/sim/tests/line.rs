@@ -12,6 +12,7 @@ use encoring_words::{Duration, InWord, OutWord};
 
 const FOREVER: Duration = Duration(u64::MAX);
 
+// [R6]
 #[test]
 fn the_out_words_of_a_bad_cycle_reach_no_encoder_behind_the_bad_segment() {
     for segment in 0..=3 {
@@ -39,6 +40,26 @@ fn the_out_words_of_a_bad_cycle_reach_no_encoder_behind_the_bad_segment() {
         for position in 0..3 {
             let programmed = ring.service(position, 0x8200_0000) & 0x00FF_FFFF;
             assert_eq!(programmed == 0x270F, position < segment, "segment {segment} position {position}");
+        }
+    }
+}
+
+// [R142]
+#[test]
+fn transfer_errors_set_no_error_bit() {
+    for level in ["word", "bit"] {
+        let noise = "[[event]]\nat_s = 0.02\nsegment = 1\nline = { flips = 2000 }\nfor_s = 1.0\n";
+        let text = format!("{}{noise}[ring]\nlevel = \"{level}\"\n", three([1_000, 2_000, 3_000]));
+        let mut ring = Ring::new(&text);
+        let mut bad = 0;
+        while ring.world.now().as_nanos() < 1_500 * MS {
+            bad += u32::from(ring.cycle().verdict != Verdict::Good);
+            assert!(ring.input.iter().all(|input| input >> 24 == 0), "{level}: {:08X?}", ring.input);
+        }
+        assert!(bad > 50, "{level}: {bad} cycles were disturbed");
+        ring.run_to_ms(2_000.0);
+        for position in 0..3 {
+            assert_eq!(ring.service(position, DATA_CHECK), DATA_CHECK, "{level}");
         }
     }
 }

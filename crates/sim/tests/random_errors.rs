@@ -44,6 +44,7 @@ fn taken_wrong(cycles: u32, seed: u64, spoil: impl Fn(&mut Pcg64Mcg, Bits) -> Bi
         .count() as u32
 }
 
+// [R6]
 #[test]
 fn of_data_that_is_noise_one_cycle_in_2_to_the_16_goes_by() {
     // Headers, stop bits, check word and end word stay, so only the check word can notice: 8 of 2^19 are expected.

@@ -25,6 +25,7 @@ fn a_sound_ring_is_found_whole_also_if_its_scenario_is_of_words() {
     assert!(found.took.as_nanos() > 26 * common::MS, "the master is silent first");
 }
 
+// [R137]
 #[test]
 fn the_ring_ends_where_its_fault_is() {
     for (events, devices, place, parameter) in [

@@ -22,6 +22,7 @@ fn turning() -> String {
     format!("version = 1\n{}", devices.concat())
 }
 
+// [R121]
 #[test]
 fn below_10_45_v_the_ring_is_open_at_the_encoder_and_at_10_45_v_it_is_not() {
     for position in 0..3 {
@@ -38,6 +39,7 @@ fn below_10_45_v_the_ring_is_open_at_the_encoder_and_at_10_45_v_it_is_not() {
     }
 }
 
+// [R121]
 #[test]
 fn overvoltage_is_noted_above_28_35_v_and_harms_nothing() {
     for (volts, over) in [(28.35, false), (28.351, true), (30.0, true), (27.0, false), (10.0, false)] {
@@ -76,6 +78,7 @@ fn a_preset_input_above_30_v_is_noted_and_still_reads_1() {
     }
 }
 
+// [R144]
 #[test]
 fn a_dip_shorter_than_a_cycle_switches_the_encoder_off_and_spoils_the_cycle() {
     let dip = [set(20.35, 1, "supply_v = 9.0"), set(20.36, 1, "supply_v = 24.0")].concat();
@@ -95,6 +98,7 @@ fn a_dip_shorter_than_a_cycle_switches_the_encoder_off_and_spoils_the_cycle() {
     assert_eq!(ring.input, [100, 2_000, 3_000]);
 }
 
+// [R144]
 #[test]
 fn a_preset_that_stands_through_a_dip_moves_no_zero() {
     for position in 0..3 {
@@ -117,6 +121,7 @@ fn a_preset_that_stands_through_a_dip_moves_no_zero() {
     }
 }
 
+// [R144]
 #[test]
 fn a_preset_that_stands_through_a_dip_of_the_whole_ring_moves_no_zero() {
     let mut moved = Vec::new();
@@ -181,6 +186,7 @@ fn the_turn_count_outlives_a_dip() {
     }
 }
 
+// [R144]
 #[test]
 fn a_service_in_progress_when_the_supply_fails_is_not_done() {
     for (dip_ms, done) in [(25.0, false), (29.0, false), (31.5, true)] {

@@ -121,6 +121,7 @@ fn shows_one_place_a_refresh(model: &str, refresh: u64) {
     }
 }
 
+// [R8]
 #[test]
 fn the_ce_100_changes_its_in_word_once_a_millisecond_at_most() {
     shows_one_place_a_refresh("ce-100-m", MS);
@@ -131,6 +132,7 @@ fn the_ce_65_changes_its_in_word_once_in_half_a_millisecond_at_most() {
     shows_one_place_a_refresh("ce-65-m", MS / 2);
 }
 
+// [R1, R3]
 #[test]
 fn an_encoder_takes_two_words_each_way_at_its_place_in_the_ring() {
     for encoders in [1, 2, 3, 7] {
@@ -169,6 +171,7 @@ fn an_encoder_takes_two_words_each_way_at_its_place_in_the_ring() {
     }
 }
 
+// [R1]
 #[test]
 fn every_further_encoder_lengthens_the_cycle_by_32_bits_of_data() {
     let time = |encoders: usize| {

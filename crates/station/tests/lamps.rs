@@ -45,6 +45,7 @@ impl Ring {
     }
 }
 
+// [R139]
 #[test]
 fn while_cycles_run_only_the_last_encoder_has_its_outgoing_bus_switched_off() {
     let mut ring = Ring::new();
@@ -52,6 +53,7 @@ fn while_cycles_run_only_the_last_encoder_has_its_outgoing_bus_switched_off() {
     assert_eq!(ring.lit(), ["U BA RC", "U BA RC", "U BA RC RD"]);
 }
 
+// [R139]
 #[test]
 fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
     let mut ring = Ring::new();
@@ -66,6 +68,7 @@ fn the_lamp_ba_goes_off_640_ms_after_the_last_data_cycle() {
     assert_eq!(ring.lit(), ["U BA RC", "U BA RC", "U BA RC RD"]);
 }
 
+// [R139]
 #[test]
 fn the_lamp_rc_goes_off_behind_a_break_after_25_ms() {
     let mut ring = Ring::new();

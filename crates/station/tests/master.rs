@@ -334,6 +334,7 @@ fn slow_services_are_waited_for_or_told() {
     assert!(matches!(report.result, Err(Stopped::Service(Failure::TimedOut { .. }))), "{report:?}");
 }
 
+// [R154]
 #[test]
 fn memory_faults_at_every_moment_leave_no_doubt() {
     for position in 0..3 {
@@ -362,6 +363,7 @@ fn memory_faults_at_every_moment_leave_no_doubt() {
     }
 }
 
+// [R154]
 #[test]
 fn a_sound_memory_again_lets_a_refused_write_pass_at_the_second_try() {
     let mut bus = bus(&three(""));

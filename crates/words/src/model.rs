@@ -386,6 +386,7 @@ impl<T: fmt::Display> fmt::Display for Series<'_, T> {
 mod tests {
     use super::*;
 
+    // [R2]
     #[test]
     fn all_three_look_alike_on_the_ring() {
         for model in MODELS {
@@ -393,13 +394,49 @@ mod tests {
         }
     }
 
+    // [R12]
     #[test]
     fn the_la_66_sheet_is_empty_where_its_manual_is() {
         let sheet = Model::La66.data_sheet();
-        assert_eq!(*sheet, DataSheet { document: sheet.document, ident_code: 51, words: 2, ..sheet::LA_66 });
-        assert!(sheet.supply.is_none() && sheet.kilobaud.is_none() && sheet.refresh.is_none());
-        assert!(sheet.connectors.is_empty() && sheet.lamps.is_empty() && sheet.ssi.is_none());
-        assert!(sheet.preset_input.is_none() && sheet.temperature.is_none() && sheet.mechanics.is_none());
+        // Every field stands here, so that a new one must be empty too.
+        let silent = DataSheet {
+            document: sheet.document,
+            ident_code: 51,
+            words: 2,
+            refresh: None,
+            kilobaud: None,
+            interface: None,
+            supply: None,
+            preset_input: None,
+            ssi: None,
+            signals: &[],
+            temperature: None,
+            mechanics: None,
+            connectors: &[],
+            next_device_jumper: None,
+            lamps: &[],
+        };
+        assert_eq!(*sheet, silent);
+    }
+
+    // [R129]
+    #[test]
+    fn the_levels_of_the_ce_65_are_kept_and_tell_which_stand_on_no_pin() {
+        let sheet = Model::Ce65M.data_sheet();
+        let levels = sheet.signals.iter().map(|it| (it.name, it.low_below_mv, it.high_above_mv, it.max_mv));
+        assert!(levels.eq([
+            ("US input", Some(2_000), Some(8_000), Some(35_000)),
+            ("TTL input", Some(800), Some(2_000), Some(35_000)),
+            ("TTL output", Some(800), Some(2_000), None),
+            ("opto input", None, None, None),
+        ]));
+        let has_pin = |name: &str| {
+            let mut pins = sheet.connectors.iter().flat_map(|connector| connector.pins);
+            pins.any(|pin| pin.contains(name))
+        };
+        let without_pin = sheet.signals.iter().map(|signal| signal.name).filter(|name| !has_pin(name));
+        assert!(without_pin.eq(["US input", "TTL input"]));
+        assert!(Model::Ce100M.data_sheet().signals.is_empty());
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub struct DataSheet {
     pub preset_input: Option<PresetInputLevels>,
     /// The SSI output [R103..R105].
     pub ssi: Option<SsiSheet>,
+    /// Levels of its signals, whether a pin has them or not [R129, C27].
+    pub signals: &'static [SignalLevels],
     /// Temperatures in degrees Celsius [R123].
     pub temperature: Option<Temperatures>,
     /// Mechanical limits [R124..R128].
@@ -69,6 +71,25 @@ pub struct SsiSheet {
     pub clock_input: &'static str,
     /// Data output.
     pub data_output: &'static str,
+}
+
+/// The levels of a kind of signal, as the manual lists them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SignalLevels {
+    /// Its name, as the pins use it.
+    pub name: &'static str,
+    /// Below this many millivolts: 0.
+    pub low_below_mv: Option<u32>,
+    /// Above this many millivolts: 1.
+    pub high_above_mv: Option<u32>,
+    /// Not to be exceeded in either direction, in millivolts.
+    pub max_mv: Option<u32>,
+    /// Its resistance in ohms.
+    pub ohms: Option<u32>,
+    /// The largest current of an output in milliamperes.
+    pub milliamperes: Option<u16>,
+    /// What else is said of it.
+    pub remark: &'static str,
 }
 
 /// Temperatures in degrees Celsius.
@@ -120,6 +141,7 @@ pub(crate) static LA_66: DataSheet = DataSheet {
     supply: None,
     preset_input: None,
     ssi: None,
+    signals: &[],
     temperature: None,
     mechanics: None,
     connectors: &[],
@@ -143,6 +165,7 @@ pub(crate) static CE_100_M: DataSheet = DataSheet {
     supply: Some(Supply { millivolts: (11_000, 27_000), ripple_percent: 5, milliamperes: None }),
     preset_input: Some(PRESET_INPUT),
     ssi: None,
+    signals: &[],
     temperature: None,
     mechanics: None,
     connectors: &[
@@ -215,6 +238,44 @@ pub(crate) static CE_65_M: DataSheet = DataSheet {
         clock_input: "optocoupler",
         data_output: "RS422, two-wire",
     }),
+    signals: &[
+        SignalLevels {
+            name: "US input",
+            low_below_mv: Some(2_000),
+            high_above_mv: Some(8_000),
+            max_mv: Some(35_000),
+            ohms: Some(5_000),
+            milliamperes: None,
+            remark: "",
+        },
+        SignalLevels {
+            name: "TTL input",
+            low_below_mv: Some(800),
+            high_above_mv: Some(2_000),
+            max_mv: Some(35_000),
+            ohms: Some(5_000),
+            milliamperes: None,
+            remark: "",
+        },
+        SignalLevels {
+            name: "TTL output",
+            low_below_mv: Some(800),
+            high_above_mv: Some(2_000),
+            max_mv: None,
+            ohms: None,
+            milliamperes: Some(40),
+            remark: "",
+        },
+        SignalLevels {
+            name: "opto input",
+            low_below_mv: None,
+            high_above_mv: None,
+            max_mv: None,
+            ohms: None,
+            milliamperes: None,
+            remark: "optocoupler for a cable transmitter or a differential TTL signal",
+        },
+    ],
     temperature: Some(Temperatures { operating: (0, 60), storage: (-30, 80) }),
     mechanics: Some(Mechanics {
         speed_rpm: 6000,

@@ -113,6 +113,7 @@ impl ErrorStatus {
 mod tests {
     use super::*;
 
+    // [R155, R156, R157]
     #[test]
     fn the_remedies_say_what_the_table_of_disturbances_says() {
         for (bits, said) in [

@@ -267,6 +267,7 @@ mod tests {
         assert_eq!(covered, u32::MAX);
     }
 
+    // [R5]
     #[test]
     fn the_worked_example_stands_in_two_words() {
         let out = OutWord(0xC200_270F);

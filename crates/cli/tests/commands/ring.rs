@@ -38,6 +38,7 @@ fn coupler(directory: &'static [u16]) -> String {
     format!("modbus-tcp://{address}?layout=inline")
 }
 
+// [R2]
 #[test]
 fn a_whole_ring_is_listed_with_idents_addresses_and_lamps() {
     let found = run("scan --bus sim");

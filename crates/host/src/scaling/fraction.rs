@@ -257,6 +257,7 @@ mod tests {
         (chosen.fraction.to_string(), chosen.choice)
     }
 
+    // [R61]
     #[test]
     fn a_decimal_becomes_tenths_as_the_manual_writes_it() {
         assert_eq!(chosen("3.5"), ("35/10".into(), Choice::DecimalPlace));
@@ -264,11 +265,14 @@ mod tests {
         assert_eq!(chosen("0.5"), ("5/10".into(), Choice::DecimalPlace));
     }
 
+    // [R60]
     #[test]
     fn a_whole_number_of_turns_has_the_denominator_1() {
         assert_eq!(chosen("10"), ("10/1".into(), Choice::Whole));
         assert_eq!(chosen("4.0"), ("4/1".into(), Choice::Whole));
-        assert_eq!(chosen("65535"), ("65535/1".into(), Choice::Whole));
+        for turns in 1..=65_535 {
+            assert_eq!(chosen(&turns.to_string()), (std::format!("{turns}/1"), Choice::Whole));
+        }
         assert_eq!(chosen("1000/100"), ("10/1".into(), Choice::Reduced));
     }
 

@@ -262,6 +262,7 @@ mod tests {
         RotaryScaling::new(s, Fraction::new(n, d).unwrap()).unwrap()
     }
 
+    // [R55]
     #[test]
     fn the_worked_example_of_both_manuals() {
         let found = calculated("1000", "10");
@@ -287,6 +288,7 @@ mod tests {
         );
     }
 
+    // [R62]
     #[test]
     fn three_and_a_half_turns_are_35_tenths() {
         assert_eq!(calculated("4096", "3.5").scaling, scaling(0x37FF, 35, 10));
@@ -294,6 +296,7 @@ mod tests {
         assert_eq!(calculated("1000", "7/2").scaling, scaling(0xDAB, 7, 2));
     }
 
+    // [R53]
     #[test]
     fn the_measuring_length_is_steps_per_turn_times_turns_less_one() {
         for (steps, turns, s) in
@@ -321,6 +324,7 @@ mod tests {
         assert_eq!(found.scaling.too_large(Native::default()), None);
     }
 
+    // [R158]
     #[test]
     fn more_steps_than_the_rating_plate_are_told_with_the_smallest_legal_fraction() {
         for legal in [(0xFFF, 1, 1), (0x37FF, 35, 10), (0xFF_FFFF, 0x1000, 1)] {
@@ -343,6 +347,7 @@ mod tests {
         assert!(asked.scaling.too_large(Native::default()).is_some());
     }
 
+    // [R63]
     #[test]
     fn the_zero_is_safe_exactly_when_a_lost_epoch_cannot_be_seen() {
         for (n, d) in [(4096, 1), (2048, 1), (1, 1), (5, 10), (1, 99), (24, 3), (4096, 3)] {

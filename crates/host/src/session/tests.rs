@@ -90,6 +90,7 @@ fn done(data: u32) -> Outcome {
     Outcome::Done { reply: Reply { data, error: false }, error_before: false }
 }
 
+// [R38]
 #[test]
 fn a_late_acknowledgement_never_answers_the_next_request() {
     // The same request twice: only its time tells the late reply from the right one.
@@ -131,6 +132,7 @@ fn a_late_acknowledgement_that_comes_while_clearing_is_told() {
     assert_eq!(timed_out.fate, Fate::CarriedOut(Reply { data: 0x270F, error: false }));
 }
 
+// [R32, R33, R38]
 #[test]
 fn data_and_number_go_out_first_and_the_service_bit_after_them() {
     let mut bench = Bench::direct();
@@ -139,6 +141,7 @@ fn data_and_number_go_out_first_and_the_service_bit_after_them() {
     assert_eq!(bench.put_out, [OutWord(0x4200_270F), OutWord(0xC200_270F), OutWord(0x4200_270F)]);
 }
 
+// [R34]
 #[test]
 fn the_service_bit_waits_for_a_cycle_and_the_settling_time() {
     let mut bench = Bench::gateway();

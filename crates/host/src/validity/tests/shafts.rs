@@ -106,6 +106,7 @@ fn shown(raw: i128, (native, s, n, d): (u32, u32, u32, u32), falling: bool, offs
 proptest! {
     #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
 
+    // [R124, R142]
     #[test]
     fn a_shaft_within_its_limits_is_valid_whenever_it_is_looked_at(
         polls in polls(),
@@ -180,6 +181,7 @@ proptest! {
         }
     }
 
+    // [R142]
     #[test]
     fn between_any_two_valid_positions_there_was_time_for_the_way(
         moves in vec((1..2_000_u64, -600_i64..=600), 1..300),

@@ -15,6 +15,7 @@ fn stale(last: Option<u32>, ms: u64) -> Position {
     Position::Stale { last, age: Duration::from_millis(ms) }
 }
 
+// [R143]
 #[test]
 fn an_error_bit_takes_the_position_away_in_the_very_poll_and_the_stop_is_called_once() {
     let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
@@ -31,6 +32,7 @@ fn an_error_bit_takes_the_position_away_in_the_very_poll_and_the_stop_is_called_
     assert_eq!(bench.stops.len(), 2);
 }
 
+// [R143]
 #[test]
 fn the_stop_is_called_for_an_error_in_the_first_poll_of_all_and_in_a_reply() {
     let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
@@ -42,6 +44,7 @@ fn the_stop_is_called_for_an_error_in_the_first_poll_of_all_and_in_a_reply() {
     assert_eq!(bench.stops, [Stop::Error(None)]);
 }
 
+// [R141]
 #[test]
 fn a_fault_carries_the_status_that_a_data_check_told_of_it_until_it_is_gone() {
     let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
@@ -172,6 +175,7 @@ fn a_fault_and_an_implausible_word_stay_while_nothing_comes_and_a_service_grows_
     assert_eq!(bench.nothing(500_000), stale(None, 501));
 }
 
+// [R143]
 #[test]
 fn the_stop_is_called_for_each_of_the_three_reasons_once() {
     let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
@@ -196,6 +200,7 @@ fn with_a_lost_zero(recovery: Recovery) -> Bench {
     bench
 }
 
+// [R142]
 #[test]
 fn a_zero_that_was_lost_by_6_turns_is_caught_and_does_not_heal_with_time() {
     let mut bench = with_a_lost_zero(Recovery::Rebase);
@@ -296,6 +301,7 @@ fn nothing_is_expected_of_what_no_encoder_takes() {
 }
 
 proptest! {
+    // [R141]
     #[test]
     fn no_word_but_a_position_without_error_in_its_range_is_ever_valid(
         words in proptest::collection::vec((0..5_000_u64, any::<u32>(), 0..12_u32), 1..200),

@@ -29,6 +29,7 @@ fn most(
     steps
 }
 
+// [R124]
 #[test]
 fn at_6000_rpm_204_8_steps_pass_in_half_a_millisecond() {
     // Up to two more, for the step where it begins and the step where it ends.
@@ -49,6 +50,7 @@ fn the_age_of_a_sample_adds_to_the_time() {
     assert_eq!(most(Model::Ce65M, 4_096, &[], limits, 500), 514);
 }
 
+// [R142]
 #[test]
 fn torn_words_around_00ffff_are_caught() {
     for torn in [0x00_0000, 0x01_FFFF] {
@@ -68,6 +70,7 @@ fn a_torn_word_of_so_few_steps_per_turn_that_it_is_possible_is_not_caught() {
     assert_eq!(bench.poll(10_000, 0x0), Position::Valid(0));
 }
 
+// [R142]
 #[test]
 fn every_flip_of_a_bit_worth_more_than_the_shaft_can_turn_is_caught() {
     for bit in 9..24 {
@@ -161,6 +164,7 @@ fn started(rev_s2: u64) -> Option<Why> {
     None
 }
 
+// [R142]
 #[test]
 fn from_0_to_6000_rpm_takes_at_least_62_8_ms() {
     // 10^4 rad/s^2 are 1591.5 revolutions per second each second: 62.8 ms.
