@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use clap::Args;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Prepared, Program, Stopped};
-use encoring_workshop::backup::{Taken, keep};
+use encoring_workshop::backup::{BackupOrigin, keep};
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::range::Wanted;
@@ -127,7 +127,8 @@ impl Programming<'_> {
         path: Option<&PathBuf>,
     ) -> Result<String, Failure> {
         let Target { position, model, native, .. } = self.target;
-        let taken = Taken { at: SystemTime::now(), bus: &opened.address, position, shown: prepared.shown() };
+        let taken =
+            BackupOrigin { at: SystemTime::now(), bus: &opened.address, position, shown: prepared.shown() };
         let path = path.cloned().unwrap_or_else(|| taken.file_name(model));
         let rows = prepared.rows().map(|row| (row.parameter, row.before));
         keep(&taken.backup(model, native, rows), &path).map_err(|error| {

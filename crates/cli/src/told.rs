@@ -2,9 +2,9 @@
 
 use std::fmt;
 
-use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
 use encoring_bus::watch::Watch;
+use encoring_bus::{Bus, BusError};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
@@ -16,7 +16,7 @@ use encoring_words::{Access, ErrorStatus, InWord, Model};
 use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
-use crate::bus::AnyBus;
+
 use crate::output::{Answer, Failure};
 
 /// What a service of a bus can fail with.
@@ -43,7 +43,7 @@ impl fmt::Display for TargetView {
 }
 
 /// How a command ends that has only looked.
-pub(crate) fn looked(watch: &Watch<'_, AnyBus>) -> Answer {
+pub(crate) fn looked<B: Bus + ?Sized>(watch: &Watch<'_, B>) -> Answer {
     if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
 }
 

@@ -16,6 +16,7 @@ use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use crate::gaps::Gaps;
+pub use crate::gaps::PER_MILLION;
 
 /// What a ring can suffer, on a segment or at a device. Chances are per million line bits; at word level a cycle is bad
 /// with the chance that its bits have together.
@@ -62,9 +63,6 @@ const KINDS: [Fault; 12] = [
     Fault::Jumper,
     Fault::Ident(Ident(0)),
 ];
-
-/// From 0 to this is every bit.
-pub const PER_MILLION: u32 = 1_000_000;
 
 /// How long a burst is.
 const BURST_BITS: u32 = 16;

@@ -6,7 +6,8 @@
 
 use rand::RngExt;
 
-use crate::fault::PER_MILLION;
+/// From 0 to this is every bit.
+pub const PER_MILLION: u32 = 1_000_000;
 
 /// The gaps of one chance.
 #[derive(Clone, Debug)]

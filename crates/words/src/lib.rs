@@ -5,6 +5,7 @@
 //! master's side, `ring` what carries them.
 #![no_std]
 
+mod data;
 pub mod explain;
 pub mod gray;
 pub mod model;

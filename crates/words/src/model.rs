@@ -337,6 +337,14 @@ impl Model {
     }
 }
 
+impl Service {
+    /// `true` if this model's manual lists the service [R65, R72, R89].
+    #[must_use]
+    pub const fn known_to(self, model: Model) -> bool {
+        model.lists(self).is_some()
+    }
+}
+
 impl fmt::Display for Model {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())

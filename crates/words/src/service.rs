@@ -1,7 +1,5 @@
 //! The services, bits 27..24 of a request [R21].
 
-use crate::model::Model;
-
 /// What a request does with the service's value, bit 30 [R18].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Access {
@@ -87,18 +85,13 @@ impl Service {
             Self::SsiValues => "SSI characteristic values",
         }
     }
-
-    /// `true` if this model's manual lists the service [R65, R72, R89].
-    #[must_use]
-    pub const fn known_to(self, model: Model) -> bool {
-        model.lists(self).is_some()
-    }
 }
 
 #[cfg(test)]
 mod tests {
     extern crate std;
     use super::*;
+    use crate::Model;
     use std::vec::Vec;
 
     #[test]

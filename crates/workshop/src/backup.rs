@@ -9,7 +9,7 @@ use crate::parameter_file::{ParameterFile, ParameterFileError};
 
 /// When and where a backup was made.
 #[derive(Clone, Copy, Debug)]
-pub struct Taken<'a> {
+pub struct BackupOrigin<'a> {
     /// When.
     pub at: SystemTime,
     /// Address of the bus, as it was named.
@@ -22,14 +22,14 @@ pub struct Taken<'a> {
 
 /// What became of a backup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum BackupKept {
     /// It is a new file.
     Written,
     /// The file was there and holds the same values.
     AlreadyThere,
 }
 
-impl Taken<'_> {
+impl BackupOrigin<'_> {
     fn time(&self) -> String {
         humantime::format_rfc3339_seconds(self.at).to_string()
     }
@@ -75,11 +75,11 @@ impl Taken<'_> {
 ///
 /// # Errors
 /// [`ParameterFileError`], also if the file that is there is no such backup, or one of other values.
-pub fn keep(backup: &ParameterFile, path: &Path) -> Result<Kept, ParameterFileError> {
+pub fn keep(backup: &ParameterFile, path: &Path) -> Result<BackupKept, ParameterFileError> {
     match backup.write_new(path) {
-        Ok(()) => Ok(Kept::Written),
+        Ok(()) => Ok(BackupKept::Written),
         Err(error) => match ParameterFile::read(path) {
-            Ok(there) if same(&there, backup) => Ok(Kept::AlreadyThere),
+            Ok(there) if same(&there, backup) => Ok(BackupKept::AlreadyThere),
             _ => Err(error),
         },
     }
@@ -95,12 +95,12 @@ mod tests {
     use super::*;
     use std::fs;
 
-    const TAKEN: Taken<'_> =
-        Taken { at: SystemTime::UNIX_EPOCH, bus: "sim", position: 2, shown: Some(InWord(0x181)) };
+    const ORIGIN: BackupOrigin<'_> =
+        BackupOrigin { at: SystemTime::UNIX_EPOCH, bus: "sim", position: 2, shown: Some(InWord(0x181)) };
 
     fn backup(length: u32) -> ParameterFile {
         let values = [(Parameter::MeasuringLength, Some(length)), (Parameter::Numerator, None)];
-        TAKEN.backup(Model::Ce65M, Some(4096), values)
+        ORIGIN.backup(Model::Ce65M, Some(4096), values)
     }
 
     #[test]
@@ -116,7 +116,7 @@ mod tests {
             assert!(text.lines().any(|there| there.starts_with(line)), "{line}\n{text}");
         }
         assert_eq!(
-            TAKEN.file_name(Model::Ce65M).to_str(),
+            ORIGIN.file_name(Model::Ce65M).to_str(),
             Some("backup-ce-65-m-at-2-1970-01-01T000000Z.toml")
         );
     }
@@ -125,9 +125,9 @@ mod tests {
     fn a_file_that_holds_the_same_values_counts_and_any_other_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("b.toml");
-        assert_eq!(keep(&backup(9_999), &path), Ok(Kept::Written));
+        assert_eq!(keep(&backup(9_999), &path), Ok(BackupKept::Written));
         let text = fs::read_to_string(&path).unwrap();
-        assert_eq!(keep(&backup(9_999), &path), Ok(Kept::AlreadyThere));
+        assert_eq!(keep(&backup(9_999), &path), Ok(BackupKept::AlreadyThere));
         let refused = keep(&backup(9_998), &path).unwrap_err().to_string();
         assert!(refused.ends_with("b.toml: it is there already and was left as it is"), "{refused}");
         assert_eq!(fs::read_to_string(&path).unwrap(), text);

@@ -2,7 +2,7 @@
 
 use super::Sensor;
 use crate::ErrorStatus;
-use crate::parameter::{CountingDirection, OutOfRange, SsiValues, within};
+use crate::data::{CountingDirection, OutOfRange, SsiValues, within};
 use crate::service::Service;
 use crate::word::DATA_MAX;
 
