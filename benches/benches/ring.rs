@@ -1,13 +1,18 @@
 //! A virtual second of the ring, beside the second that the wire takes: sound slots as a whole, the same with every bit
-//! of them run, and the word level; faults are compiled in, none is set.
+//! of them run, and the word level; faults are compiled in, none is set. Then worlds of the two levels, their encoders
+//! moving.
 //!
 //! Not a benchmark of divan: what counts is the ratio to the wire.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
+use std::path::Path;
+
+use encoring_benches::scenario;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::profile::BIT_500K;
 use encoring_ring::{BitRing, CycleTime, EveryBit, Slave, Sound, Verdict, WordRing};
 use encoring_sim::fault::Segments;
+use encoring_sim::{Scenario, World};
 use encoring_words::{InWord, Instant, OutWord};
 
 const ROUNDS: usize = 7;
@@ -31,6 +36,28 @@ fn main() {
         let wire = 1_000_000_000 / cycle;
         println!("{encoders:>8} {wire:>22} {whole:>13.0} {bits:>11.0} {words:>7.0} {:>21.2}", whole / words);
     }
+    println!("encoders   world, sound slots   world, words   sound slots / words");
+    for encoders in [1, 3, 16, 128] {
+        let mut best = [0.0_f64; 2];
+        for _ in 0..ROUNDS {
+            for (best, level) in best.iter_mut().zip(["bit", "word"]) {
+                *best = best.max(world(encoders, level));
+            }
+        }
+        let [whole, words] = best;
+        println!("{encoders:>8} {whole:>20.0} {words:>14.0} {:>21.2}", whole / words);
+    }
+}
+
+fn world(encoders: usize, level: &str) -> f64 {
+    let text = scenario(encoders).replacen('\n', &format!("\n[ring]\nlevel = \"{level}\"\n"), 1);
+    let mut world = World::new(&Scenario::parse("bench", &text, Path::new("")).unwrap()).unwrap();
+    let mut words = Words::of(encoders);
+    let cycles = DEVICE_CYCLES[1] / encoders as u64;
+    let cycle = world.cycle_time().as_nanos();
+    ratio(cycles, cycle, |_| {
+        world.cycle(&words.out, &mut words.input);
+    })
 }
 
 /// How many times faster than the wire.
