@@ -168,9 +168,10 @@ impl Asked {
                 "zero",
                 format!(
                     "can be lost: after more than 512 turns without supply the position can come back wrong by \
-                     {} ({}). Check it against a mark and make a preset adjustment.",
+                     {} ({}). Check it against a mark and make a preset adjustment.{}",
                     counted(steps, "step"),
-                    counted(turns, "turn")
+                    counted(turns, "turn"),
+                    promised(scaling.fraction),
                 ),
             ),
         });
@@ -348,4 +349,13 @@ fn checked_presets(model: Model, largest: u32) -> Option<Note> {
         reads.join(", "),
     );
     (!numbers.is_empty()).then(|| note("presets", text))
+}
+/// What the manual promises of a number of turns whose zero can be lost all the same [C29].
+fn promised(fraction: Fraction) -> &'static str {
+    let turns = fraction.numerator() / fraction.denominator().max(1);
+    if fraction.turns().is_whole() && turns.is_power_of_two() {
+        " The manual promises the zero for a power of two; that it is lost above 4096 turns is from a sibling's manual."
+    } else {
+        ""
+    }
 }

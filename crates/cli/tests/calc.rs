@@ -29,6 +29,23 @@ fn json(arguments: &str) -> Value {
     serde_json::from_str(&out).unwrap()
 }
 
+#[test]
+fn a_zero_that_the_manual_promises_and_a_siblings_does_not_is_told_as_that() {
+    for (turns, promised) in [("10", false), ("8191", false), ("8192", true), ("32768", true)] {
+        let (code, out, _) = calc(&format!("rotary --steps-per-turn 8 --turns {turns} --native 4096"));
+        let out = out.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert_eq!(code, Some(0), "{turns}");
+        assert!(out.contains("zero can be lost"), "{turns}: {out}");
+        assert_eq!(
+            out.contains("The manual promises the zero for a power of two"),
+            promised,
+            "{turns}: {out}"
+        );
+    }
+    let (_, out, _) = calc("rotary --steps-per-turn 8 --turns 4096 --native 4096");
+    assert!(out.contains("safe"), "{out}");
+}
+
 /// S, N and D.
 fn values(answer: &Value) -> [Option<u64>; 3] {
     ["measuring_length", "numerator", "denominator"].map(|key| answer[key]["value"].as_u64())
