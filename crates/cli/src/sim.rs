@@ -1,7 +1,7 @@
 //! `encoring sim`: a ring of encoders that runs until it is stopped, reached over Modbus TCP.
 
-use std::fs::{self, File};
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::fs;
+use std::io::{self, IsTerminal, Write};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -9,13 +9,11 @@ use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
+use encoring_files::Existing;
 use encoring_modbus::{RegisterMap, ServerCounts, WordOrder};
 use encoring_sim::scenario::BUILT_IN;
-use encoring_sim::{Level, Scenario, Waveform, World, device_line};
-use encoring_station::station::Recorder;
-use encoring_station::{Finished, Keeper, Options, Station};
-use encoring_trace::Writer;
-use encoring_trace::wave::{Format as WaveFormat, Sink};
+use encoring_sim::{Level, Scenario, World};
+use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::net::TcpListener;
@@ -103,6 +101,9 @@ pub(crate) struct Arguments {
     /// signals over time for GTKWave: at bit level every line bit of every segment.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
+    /// Lets the recording take the place of a file that is there, once it is whole.
+    #[arg(long, requires = "record")]
+    overwrite: bool,
     /// Tells the counters each time so much has passed on the ring, as fast as it can be told: 10, 1m.
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
@@ -167,9 +168,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let for_handler = Arc::clone(&signalled);
     ctrlc::set_handler(move || for_handler.notify_one()).map_err(io::Error::other)?;
     // Everything that can be refused is looked at before anything is written.
-    if let Some(record) = &arguments.record {
-        recordable(record, arguments.scenario.as_deref())?;
-    }
+    arguments.recordable()?;
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
     let addresses = Addresses {
@@ -180,8 +179,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
     let memories = arguments.memories.open(&mut world)?;
     memories.as_ref().map_or(Ok(()), can_be_written)?;
-    let recording = arguments.record.as_deref().map(|file| Recording::start(file, &mut world)).transpose()?;
-    let (partial, record) = recording.map_or((None, None), |(partial, record)| (Some(partial), Some(record)));
+    let (recording, record) = arguments.record(&mut world)?.unzip();
     let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
     let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
     let station = Station::start(world, options)?;
@@ -202,7 +200,10 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     drop((progress, stop));
     let outcome = station.stop().map_err(bad_input)?;
     let saved = keeper.map_or(Ok(()), |keeper| keeper.finish(&outcome.memories));
-    let recorded = finish_recording(partial, &outcome);
+    let recorded = match (&arguments.record, recording) {
+        (Some(file), Some(recording)) => finish_recording(file, recording, outcome.recording),
+        _ => Ok(()),
+    };
     let told = told
         .and_then(|()| report.events(&outcome.events))
         .and_then(|()| served.map_or(Ok(()), |counters| report.served(counters.snapshot())))
@@ -289,75 +290,64 @@ async fn printed(closing: Closing, patience: Option<Real>, signalled: &Notify) -
     closing.end()
 }
 
-/// Refuses a recording that could not be finished, or whose end would cost something else: it takes the place of what
-/// has its name, and a folder, a device, a link or the scenario must not be lost to it.
-fn recordable(file: &Path, scenario: Option<&Path>) -> Result<(), Failure> {
-    let refused = |why: &str| Err(bad_input(format!("--record {}: {why}", file.display())));
-    let same = |path: &Path| {
-        fs::canonicalize(file).is_ok_and(|file| fs::canonicalize(path).is_ok_and(|p| p == file))
-    };
-    if fs::symlink_metadata(file).is_ok_and(|found| !found.is_file()) {
-        return refused("not an ordinary file; name a new one");
+impl Arguments {
+    /// Begins the recording, if there shall be one.
+    fn record(&self, world: &mut World) -> Result<Option<(RecordingFile, Recorder)>, Failure> {
+        let Some(file) = &self.record else { return Ok(None) };
+        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world)
+            .map_err(|cause| refused(file, &cause.to_string()))?;
+        if let Some(remains) = recording.remains() {
+            note(&format!(
+                "note: --record {}: what a run that was killed had recorded is kept as {}",
+                file.display(),
+                remains.display()
+            ));
+        }
+        Ok(Some((recording, recorder)))
     }
-    if scenario.is_some_and(same) {
-        return refused("this is the scenario");
+
+    const fn existing(&self) -> Existing {
+        if self.overwrite { Existing::Replaced } else { Existing::Kept }
     }
-    match file.parent() {
-        Some(folder) if folder.as_os_str().is_empty() || folder.is_dir() => Ok(()),
-        _ => refused("there is no such folder"),
+
+    /// Refuses a recording that could not be finished, or whose end would cost something else.
+    fn recordable(&self) -> Result<(), Failure> {
+        let Some(file) = &self.record else { return Ok(()) };
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let folder = folder.unwrap_or(Path::new("."));
+        if !folder.is_dir() {
+            return Err(refused(file, "there is no such folder"));
+        }
+        if self.scenario.as_ref().is_some_and(|scenario| same(file, scenario)) {
+            return Err(refused(file, "this is the scenario"));
+        }
+        if self.memories.state.as_ref().is_some_and(|state| same(folder, state)) {
+            return Err(refused(file, "this folder holds the memories; name another one"));
+        }
+        match fs::symlink_metadata(file) {
+            Ok(found) if !found.is_file() => Err(refused(file, "not an ordinary file; name a new one")),
+            Ok(_) if !self.overwrite => {
+                Err(refused(file, "it is there already; name a new one, or give --overwrite"))
+            }
+            _ => Ok(()),
+        }
     }
 }
 
-/// A recording under way: it gets its name when it is whole.
-struct Recording {
-    file: PathBuf,
-    partial: PathBuf,
+fn refused(file: &Path, why: &str) -> Failure {
+    bad_input(format!("--record {}: {why}", file.display()))
 }
 
-impl Recording {
-    fn start(file: &Path, world: &mut World) -> Result<(Self, Recorder), Failure> {
-        let mut partial = file.as_os_str().to_owned();
-        partial.push(".partial");
-        let partial = PathBuf::from(partial);
-        let problem = |cause: io::Error| bad_input(format!("--record {}: {cause}", file.display()));
-        let sink = BufWriter::with_capacity(1 << 16, File::create(&partial).map_err(problem)?);
-        let record = match WaveFormat::of(file) {
-            Some(format) => waveform(format, sink, world),
-            None => exchanges(sink, world),
-        };
-        Ok((Self { file: file.to_owned(), partial }, record.map_err(problem)?))
-    }
+fn same(one: &Path, other: &Path) -> bool {
+    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
 }
 
-fn exchanges(sink: BufWriter<File>, world: &World) -> io::Result<Recorder> {
-    let devices: Vec<_> = world
-        .places()
-        .iter()
-        .enumerate()
-        .map(|(position, place)| {
-            device_line::to_device(position as u8, place.node().unit(), place.node().memory())
-        })
-        .collect();
-    let sink: Box<dyn Write + Send> = Box::new(sink);
-    Writer::recording(sink, &devices).map(Recorder::Exchanges)
-}
-
-fn waveform(format: WaveFormat, sink: BufWriter<File>, world: &mut World) -> io::Result<Recorder> {
-    let writer = concat!("encoring ", env!("CARGO_PKG_VERSION"));
-    let sink: Box<dyn Sink + Send> = Box::new(sink);
-    Waveform::new(format, sink, writer, world).map(|waveform| Recorder::Waveform(Box::new(waveform)))
-}
-
-fn finish_recording(recording: Option<Recording>, outcome: &Finished) -> Result<(), String> {
-    let Some(Recording { file, partial }) = recording else { return Ok(()) };
-    if let Err(cause) = &outcome.recording {
-        return Err(format!(
-            "--record {}: {cause}; what was written is in {}",
-            file.display(),
-            partial.display()
-        ));
-    }
-    fs::rename(&partial, &file).map_err(|cause| format!("--record {}: {cause}", file.display()))
+/// Gives a recording its name, or says where it is instead.
+fn finish_recording(file: &Path, recording: RecordingFile, recorded: io::Result<()>) -> Result<(), String> {
+    let partial = recording.partial().display().to_string();
+    let finished = recorded.and_then(|()| recording.finish());
+    finished
+        .map_err(|cause| format!("--record {}: {cause}; what was written is in {partial}", file.display()))
 }
 
 /// A bar on the terminal for a run whose end is known.

@@ -623,3 +623,96 @@ fn a_state_folder_that_cannot_be_written_can_be_read_and_is_refused_to_whatever_
         assert!(said.ends_with(refusal), "{said}");
     }
 }
+
+/// A short recording, and what it says; the exit code is the first.
+fn record(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
+    let common = ["sim", "--modbus", "off", "--for", "20ms", "--speed", "max"];
+    let output = run(folder, &[&common, arguments].concat());
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+#[test]
+fn a_recording_never_costs_a_file_that_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    fs::write(here.join("a.csv"), "precious").unwrap();
+    let (code, said) = record(here, &["--record", "a.csv", "--state", "memories"]);
+    let refusal = "error: --record a.csv: it is there already; name a new one, or give --overwrite\n";
+    assert_eq!((code, said.as_str()), (Some(2), refusal));
+    assert!(!here.join("memories").exists() && fs::read(here.join("a.csv")).unwrap() == b"precious");
+
+    // Only when the new one is whole.
+    let sim = Sim::start(here, &["--record", "a.csv", "--overwrite"]);
+    assert!(fs::read(here.join("a.csv")).unwrap() == b"precious" && here.join("a.csv.partial").exists());
+    let (code, said) = record(here, &["--record", "a.csv", "--overwrite"]);
+    assert_eq!((code, said.as_str()), (Some(2), "error: --record a.csv: another program writes it\n"));
+    sim.end("-TERM");
+    assert!(fs::read(here.join("a.csv")).unwrap().starts_with(b"# encoring-trace 1\n"));
+    assert!(!here.join("a.csv.partial").exists());
+
+    let (code, said) = record(here, &["--state", "memories"]);
+    assert_eq!((code, said.as_str()), (Some(0), ""));
+    let before = fs::read(here.join("memories/encoder-0.toml")).unwrap();
+    for file in ["memories/encoder-0.toml", "memories/new.csv"] {
+        let (code, said) = record(here, &["--record", file, "--overwrite", "--state", "memories"]);
+        let refusal = format!("error: --record {file}: this folder holds the memories; name another one\n");
+        assert_eq!((code, said), (Some(2), refusal));
+    }
+    assert_eq!(fs::read(here.join("memories/encoder-0.toml")).unwrap(), before);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_a_killed_run_recorded_is_kept_and_links_and_pipes_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let sim = Sim::start(here, &["--record", "a.csv", "--speed", "max"]);
+    let mut program = sim.program;
+    while fs::metadata(here.join("a.csv.partial")).unwrap().len() < 200_000 {
+        std::thread::yield_now();
+    }
+    program.kill().unwrap();
+    program.wait().unwrap();
+    let (code, said) = record(here, &["--record", "a.csv"]);
+    let note = "note: --record a.csv: what a run that was killed had recorded is kept as a.csv.1.partial\n";
+    assert_eq!((code, said.as_str()), (Some(0), note));
+    let remains = fs::read_to_string(here.join("a.csv.1.partial")).unwrap();
+    let whole = &remains[..=remains.rfind('\n').unwrap()];
+    fs::write(here.join("whole.csv"), whole).unwrap();
+    let replayed = run(here, &["replay", "--at", "0", "whole.csv"]);
+    assert!(String::from_utf8(replayed.stdout).unwrap().ends_with(" rows, 0 differences\n"));
+
+    fs::write(here.join("precious"), "precious").unwrap();
+    std::os::unix::fs::symlink("precious", here.join("b.csv.partial")).unwrap();
+    assert!(Command::new("mkfifo").arg(here.join("c.csv")).status().unwrap().success());
+    for file in ["b.csv", "c.csv"] {
+        let (code, said) = record(here, &["--record", file, "--overwrite"]);
+        let refusal = format!("error: --record {file}: not an ordinary file; name a new one\n");
+        assert_eq!((code, said), (Some(2), refusal));
+    }
+    assert_eq!(fs::read(here.join("precious")).unwrap(), b"precious");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_recording_that_no_longer_fits_ends_in_whole_rows_and_nothing_else_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // A limit on the length of a file, in place of a full disk: 100 blocks of 512 bytes.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 100; exec {PROGRAM} sim --modbus off --for 2 --speed max --state memories --record a.csv"
+    );
+    let output = Command::new("sh").current_dir(here).args(["-c", &script]).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let said = String::from_utf8(output.stderr).unwrap();
+    let [at_once, at_the_end] = said.lines().collect::<Vec<_>>()[..] else { panic!("{said}") };
+    assert!(at_once.starts_with("note: ") && at_once.contains(": the recording broke off: "), "{said}");
+    assert!(at_the_end.starts_with("error: --record a.csv: "), "{said}");
+    assert!(at_the_end.ends_with("; what was written is in a.csv.partial"), "{said}");
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("\nstopped after 2.000535 s on the ring: 2955 cycles, 0 faulty"), "{told}");
+    assert!(!here.join("a.csv").exists() && here.join("memories/encoder-2.toml").exists());
+    let replayed = run(here, &["replay", "--at", "1", "a.csv.partial"]);
+    assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+    assert_ne!(replayed.stdout, b"0 rows, 0 differences\n");
+}

@@ -1,15 +1,21 @@
 //! Files as the other crates need them, and nothing of what stands in them.
 //!
 //! - [`Replacement`]: a file that is there whole or not at all, whatever ends the program.
+//! - [`Growing`]: the same for a file that grows for hours, and can be looked at meanwhile.
+//! - [`LineFile`]: lines that are there whole or not at all, also on a full disk.
 //! - [`Lock`]: one program at a time.
 //! - [`open`] and [`read_text`]: reading that ends, whatever the name leads to.
 //! - [`toml_text`] and [`line_at`]: the line of what is wrong.
 
+mod growing;
+mod lines;
 mod lock;
 mod read;
 mod replace;
 pub mod toml_text;
 
+pub use growing::{Existing, Growing};
+pub use lines::LineFile;
 pub use lock::{Held, Lock};
 pub use read::{Bounded, TextError, line_at, open, read_text};
 pub use replace::{Replacement, sync_folder};

@@ -95,11 +95,11 @@ pub fn sync_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-fn folder(path: &Path) -> &Path {
+pub(crate) fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn prefix(target: &OsStr) -> OsString {
+pub(crate) fn prefix(target: &OsStr) -> OsString {
     let mut prefix = OsString::from(".");
     prefix.push(target);
     prefix.push(MARK);
@@ -107,7 +107,7 @@ fn prefix(target: &OsStr) -> OsString {
 }
 
 /// A file of its own name with the mode that any new file would have.
-fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
+pub(crate) fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let mut builder = Builder::new();
     builder.prefix(prefix).rand_bytes(CHANCE);
     #[cfg(unix)]

@@ -127,6 +127,12 @@ impl World {
         self.recorded.get_or_insert_default();
     }
 
+    /// Keeps nothing more that is recorded, neither exchanges nor a waveform's signals.
+    pub fn end_recording(&mut self) {
+        self.recorded = None;
+        self.set_tap(None);
+    }
+
     /// Hands out the exchanges since the last call, in order of time, and forgets them.
     pub fn take_recorded(&mut self) -> impl Iterator<Item = Row> {
         let rows = self.recorded.as_mut();

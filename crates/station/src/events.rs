@@ -72,13 +72,19 @@ pub enum Happened {
         /// Its ring position.
         position: usize,
     },
+    /// The recording broke off; what was written stays, and the ring goes on.
+    RecordingEnded {
+        /// Why.
+        #[serde(rename = "text")]
+        problem: String,
+    },
 }
 
 impl Happened {
     /// `true` for what is lost outside the ring if nobody does anything.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
-        matches!(self, Self::MemoryNotSaved { .. })
+        matches!(self, Self::MemoryNotSaved { .. } | Self::RecordingEnded { .. })
     }
 }
 
@@ -119,6 +125,7 @@ impl fmt::Display for RingEvent {
             Happened::MemoryNotSaved { position, problem } => {
                 write!(f, "the memory of position {position} is not saved: {problem}")
             }
+            Happened::RecordingEnded { problem } => write!(f, "the recording broke off: {problem}"),
             Happened::MemorySaved { position } => {
                 write!(f, "the memory of position {position} is saved again")
             }

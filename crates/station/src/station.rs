@@ -9,25 +9,16 @@ use std::time::{Duration as Real, Instant as Clock};
 use encoring_bus::SharedImage;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::Change;
-use encoring_sim::{Cycled, Eeprom, Fault, Waveform, World};
-use encoring_trace::wave::Sink;
-use encoring_trace::{Row, Writer};
+use encoring_sim::{Eeprom, Fault, World};
 use encoring_words::Duration;
 
 use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::pace::{Pace, Speed};
+use crate::recording::Recorder;
 use crate::view::{Counters, View};
 
 /// How many requests may wait for the ring's thread; whoever asks more waits too.
 const REQUESTS_WAITING: usize = 64;
-
-/// What is recorded, and where it goes.
-pub enum Recorder {
-    /// Every exchange of every encoder, as rows.
-    Exchanges(Writer<Box<dyn io::Write + Send>>),
-    /// What the ring looks like over time.
-    Waveform(Box<Waveform<Box<dyn Sink + Send>>>),
-}
 
 /// How a station runs.
 pub struct Options {
@@ -35,7 +26,7 @@ pub struct Options {
     pub speed: Speed,
     /// Time on the ring after which it stops by itself.
     pub until: Option<Duration>,
-    /// What is written meanwhile. A waveform was begun with the world that is started.
+    /// What is written meanwhile. If it breaks off, that is an event, and the ring goes on.
     pub record: Option<Recorder>,
 }
 
@@ -108,8 +99,8 @@ impl Station {
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
         let events = Events::new();
         let handle = Handle { image: SharedImage::new(image), events: Arc::clone(events.kept()), requests };
-        if matches!(options.record, Some(Recorder::Exchanges(_))) {
-            world.record();
+        if let Some(recorder) = &options.record {
+            recorder.begin(&mut world);
         }
         let mut ring = Running {
             world,
@@ -264,7 +255,7 @@ impl Running {
             self.counters.dropped_cycles = pace.dropped();
             self.events.dropped(self.world.now(), pace.dropped());
             for _ in 0..due {
-                if ended(&self.world) || self.recording.is_err() {
+                if ended(&self.world) {
                     break 'ring;
                 }
                 self.cycle();
@@ -302,20 +293,17 @@ impl Running {
         }
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
-        self.keep_exchanges();
-        self.keep_waveform(&cycled);
+        self.record(|recorder, world| recorder.cycled(world, &cycled));
     }
 
-    fn keep_exchanges(&mut self) {
-        let (Some(Recorder::Exchanges(rows)), Ok(())) = (&mut self.record, &self.recording) else { return };
-        self.recording = self.world.take_recorded().try_for_each(|row: Row| rows.write(&row));
-    }
-
-    fn keep_waveform(&mut self, cycled: &Cycled) {
-        let (Some(Recorder::Waveform(waveform)), Ok(())) = (&mut self.record, &self.recording) else {
-            return;
-        };
-        self.recording = waveform.cycled(&mut self.world, cycled);
+    fn record(&mut self, keep: impl FnOnce(&mut Recorder, &mut World) -> io::Result<()>) {
+        let Some(recorder) = &mut self.record else { return };
+        if let Err(cause) = keep(recorder, &mut self.world) {
+            self.events.push(self.world.now(), Happened::RecordingEnded { problem: cause.to_string() });
+            self.recording = Err(cause);
+            self.record = None;
+            self.world.end_recording();
+        }
     }
 
     fn serve(&mut self, request: Request) -> Next {
@@ -323,7 +311,7 @@ impl Running {
         match request {
             Request::Change { position, changes, done } => {
                 self.world.change(position, &changes);
-                self.keep_exchanges();
+                self.record(Recorder::changed);
                 let _ = done.send(());
             }
             Request::Trouble { segment, fault, done } => {
@@ -357,11 +345,7 @@ impl Running {
     fn finish(self) -> Finished {
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
         let (view, events) = (self.view(), self.events.all());
-        let finished = match self.record {
-            Some(Recorder::Exchanges(mut rows)) => rows.flush(),
-            Some(Recorder::Waveform(waveform)) => waveform.finish().map(drop),
-            None => Ok(()),
-        };
+        let finished = self.record.map_or(Ok(()), Recorder::finish);
         Finished { view, events, memories, recording: self.recording.and(finished) }
     }
 }

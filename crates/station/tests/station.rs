@@ -16,7 +16,7 @@ use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
 use encoring_sim::state::{NotSaved, StateFolder};
 use encoring_sim::{Fault, Scenario, Waveform, World, state};
-use encoring_station::station::Recorder;
+use encoring_station::Recorder;
 use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station};
 use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
@@ -389,13 +389,24 @@ fn a_memory_that_cannot_be_written_is_told_at_once_and_so_is_its_end_and_the_oth
     assert_eq!(last.memory.image(), outcome.memories[2].image());
 }
 
+/// Waits for the event that the recording has broken off, and sees the ring go on.
+fn broken_off(station: &Station) {
+    let handle = station.handle();
+    let events = handle.wait_event(0, A_MINUTE).unwrap();
+    let problem = io::Error::from(io::ErrorKind::StorageFull).to_string();
+    assert_eq!(events[0].what, Happened::RecordingEnded { problem });
+    assert!(events[0].what.is_trouble());
+    let cycles = handle.view().unwrap().counters.cycles;
+    wait_for("more cycles", || handle.view().unwrap().counters.cycles > cycles + 5);
+}
+
 #[test]
-fn a_recording_that_breaks_off_ends_the_station_and_is_told() {
+fn a_recording_that_breaks_off_is_told_at_once_and_the_ring_goes_on() {
     let world = world();
     let sink = Sink { full_after: Some(6_000), ..Sink::default() };
     let record = Some(sink.record(&world));
     let station = Station::start(world, Options { record, ..at(Speed::Max) }).unwrap();
-    wait_for("the end", || station.is_finished());
+    broken_off(&station);
     let outcome = station.stop().unwrap();
     assert_eq!(outcome.recording.unwrap_err().kind(), io::ErrorKind::StorageFull);
     assert_eq!(outcome.memories.len(), 3, "the memories are whole all the same");
@@ -412,12 +423,12 @@ fn a_recording_that_breaks_off_in_the_first_cycles_is_told_too() {
     let sink = Sink { full_after: Some(header), ..Sink::default() };
     let record = Some(sink.record(&world));
     let station = Station::start(world, Options { record, ..at(Speed::REAL) }).unwrap();
-    wait_for("the end", || station.is_finished());
+    broken_off(&station);
     assert_eq!(station.stop().unwrap().recording.unwrap_err().kind(), io::ErrorKind::StorageFull);
 }
 
 #[test]
-fn a_waveform_that_breaks_off_ends_the_station_and_is_told() {
+fn a_waveform_that_breaks_off_is_told_at_once_and_the_ring_goes_on() {
     let bits = format!("{STANDING}[ring]\nlevel = \"bit\"\n");
     let scenario = Scenario::parse("bits", &bits, Path::new("")).unwrap();
     for format in [Format::Vcd, Format::Fst] {
@@ -426,9 +437,8 @@ fn a_waveform_that_breaks_off_ends_the_station_and_is_told() {
         let file: Box<dyn wave::Sink + Send> = Box::new(sink.clone());
         let waveform = Waveform::new(format, file, "tests", &mut world).unwrap();
         let record = Some(Recorder::Waveform(Box::new(waveform)));
-        let until = Some(Duration::from_millis(2_000));
-        let station = Station::start(world, Options { record, until, speed: Speed::Max }).unwrap();
-        wait_for("the end", || station.is_finished());
+        let station = Station::start(world, Options { record, ..at(Speed::Max) }).unwrap();
+        broken_off(&station);
         let outcome = station.stop().unwrap();
         assert_eq!(outcome.recording.unwrap_err().kind(), io::ErrorKind::StorageFull, "{format:?}");
         assert_eq!(outcome.memories.len(), 3, "the memories are whole all the same");
