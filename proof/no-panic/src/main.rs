@@ -165,6 +165,7 @@ fn device() {
         black_box(device.exchange(Instant(any()), out, &around, &mut memory));
         black_box(device.ssi_clock(Instant(any()), level(), &around, &mut memory));
         black_box((device.overvoltage(), device.encoder().is_some(), device.unit().model()));
+        black_box(around.preset_overvoltage(model()));
         device.supply(Instant(any()), any(), &mut memory);
         if any() {
             device.cut();
