@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use encoring_ring::ENCODERS_MAX;
 use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Model, Parameter, Service};
@@ -15,6 +16,15 @@ pub(crate) mod range;
 
 pub(crate) use encoring_sim::span::read as span;
 pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, built_with};
+
+/// A ring position; whatever the bus, there are no more.
+pub(crate) fn position(text: &str) -> Result<usize, String> {
+    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let number = text.parse::<usize>().ok().filter(|_| digits);
+    number
+        .filter(|number| *number < ENCODERS_MAX)
+        .ok_or_else(|| format!("{text:?} is no position; a ring has 0 to {}", ENCODERS_MAX - 1))
+}
 
 /// One of the three models, by its name.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {

@@ -39,7 +39,14 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let file = match (&arguments.file, &arguments.range) {
-        (Some(file), None) => Some(ParameterFile::read(file).map_err(bad_input)?),
+        (Some(path), None) => {
+            let file = ParameterFile::read(path).map_err(bad_input)?;
+            if file.values.is_empty() {
+                let path = path.display();
+                return Err(bad_input(format!("{path}: no value in [parameters], so nothing to program")));
+            }
+            Some(file)
+        }
         (None, Some(_)) => None,
         (Some(_), Some(_)) => return Err(bad_input("give --file or a range, not both")),
         (None, None) => {

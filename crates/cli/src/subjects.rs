@@ -16,9 +16,6 @@ use crate::arguments::span;
 use crate::bus::Opened;
 use crate::output::{Failure, bad_input};
 
-/// The most encoders that are looked at; a ring has no more.
-const SUBJECTS_MAX: usize = 128;
-
 /// Which encoders, on which ring.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct SubjectArguments {
@@ -46,11 +43,8 @@ pub(crate) struct SubjectArguments {
 struct Positions(Vec<usize>);
 
 fn positions(text: &str) -> Result<Positions, String> {
-    let number = |text: &str| {
-        let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-        let number = text.parse::<u16>().ok().filter(|_| digits);
-        number.map(usize::from).ok_or_else(|| format!("{text:?} is no position; write 2 or 0,2 or 0-2"))
-    };
+    let number =
+        |text: &str| arguments::position(text).map_err(|wrong| format!("{wrong}; write 2 or 0,2 or 0-2"));
     let mut positions = Vec::new();
     for part in text.split(',') {
         let (first, last) = match part.split_once('-') {
@@ -63,9 +57,6 @@ fn positions(text: &str) -> Result<Positions, String> {
         for position in first..=last {
             if positions.contains(&position) {
                 return Err(format!("position {position} is there twice"));
-            }
-            if positions.len() == SUBJECTS_MAX {
-                return Err(format!("more than {SUBJECTS_MAX} encoders"));
             }
             positions.push(position);
         }

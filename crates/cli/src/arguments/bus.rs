@@ -3,7 +3,7 @@
 use clap::Args;
 use encoring_words::{Duration, Model};
 
-use super::{State, TypeLabel, span};
+use super::{State, TypeLabel, position, span};
 use crate::output::{Failure, bad_input};
 
 /// Where the ring is.
@@ -32,7 +32,7 @@ pub(crate) struct Encoder {
     #[command(flatten)]
     pub(crate) ring: BusArguments,
     /// Ring position of the encoder, from 0.
-    #[arg(long, value_name = "POSITION", global = true, required = false)]
+    #[arg(long, value_name = "POSITION", global = true, required = false, value_parser = position)]
     pub(crate) at: Option<usize>,
     #[command(flatten)]
     pub(crate) label: TypeLabel,

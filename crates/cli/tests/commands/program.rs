@@ -91,3 +91,24 @@ fn a_pipe_that_closes_early_ends_every_command_quietly() {
         assert!(!err.contains("error"), "{arguments}: {err}");
     }
 }
+
+#[test]
+fn what_cannot_be_is_refused_before_a_connection_is_tried() {
+    // Nobody answers there, and nobody is asked.
+    let bus = ["--bus", "modbus-tcp://192.0.2.1", "--model", "ce-65-m", "--at"];
+    for (command, at) in [("read", "99999"), ("read", "128"), ("watch", "0,128")] {
+        let number = at.trim_start_matches("0,");
+        let advice = if command == "watch" { "; write 2 or 0,2 or 0-2" } else { "" };
+        let option = if command == "watch" { "<POSITIONS>" } else { "<POSITION>" };
+        let message = format!(
+            "error: invalid value '{at}' for '--at {option}': \"{number}\" is no position; a ring has 0 to 127{advice}"
+        );
+        super::refused(&[&[command][..], &bus, &[at]].concat(), b"", &message);
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("empty.toml");
+    std::fs::write(&file, "version = 1\nmodel = \"ce-65-m\"\n").unwrap();
+    let file = file.to_str().unwrap();
+    let message = format!("error: {file}: no value in [parameters], so nothing to program");
+    super::refused(&[&["program"][..], &bus, &["0", "--file", file]].concat(), b"", &message);
+}
