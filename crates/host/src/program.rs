@@ -219,7 +219,7 @@ impl<E> Prepared<E> {
     }
 
     /// What the encoder holds, and what it is to hold.
-    pub fn rows(&self) -> impl Iterator<Item = &ParameterRow> {
+    pub fn rows(&self) -> impl Iterator<Item = &ParameterRow> + Clone {
         self.rows.iter().flatten()
     }
 
@@ -328,15 +328,23 @@ impl<E> Prepared<E> {
     fn read<S: Services<Error = E>>(&mut self, services: &mut S, doubts: Doubts) -> Result<(), Stopped<E>> {
         self.shown_before = Some(services.look().map_err(Failure::Bus)?);
         find_out(services, self.program.model, &mut self.rows, doubts, |_| true)?;
-        // A parameter that the model lacks stays as the factory leaves it.
-        let mut set = ParameterSet::factory(self.program.model, self.program.sensor);
         for row in self.rows.iter_mut().flatten() {
             row.before = row.now;
-            match row.now {
-                Some(value) => set.set(row.parameter, value),
-                // Where no data check looks at the values together the others do not matter.
-                None if row.wanted.is_none() && self.program.model.effect() == Effect::AtOnce => {}
-                None => return Err(Stopped::Unreadable { parameter: row.parameter }),
+        }
+        // Where nothing is written, or no data check looks at the values together, the others do not matter.
+        let together = self.changes() && self.program.model.effect() == Effect::AtDataCheck;
+        let mut unreadable = self.rows().filter(|row| row.before.is_none());
+        if let Some(row) = unreadable.clone().find(|row| together || row.wanted.is_some()) {
+            return Err(Stopped::Unreadable { parameter: row.parameter });
+        }
+        if unreadable.next().is_some() && !together {
+            return Ok(());
+        }
+        // A parameter that the model lacks stays as the factory leaves it.
+        let mut set = ParameterSet::factory(self.program.model, self.program.sensor);
+        for row in self.rows() {
+            if let Some(value) = row.before {
+                set.set(row.parameter, value);
             }
         }
         let refused = self.program.judge(set);

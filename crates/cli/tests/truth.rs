@@ -1,0 +1,343 @@
+//! What a command says, and what the encoder then is: one table, seen by a second Modbus client.
+//!
+//! A simulated ring runs in a process of its own. A client brings it into a condition, the command runs through the
+//! same server, and the client looks again.
+#![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test may panic")]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+const NUMERATOR: u32 = 0x8300_0000;
+const LENGTH: u32 = 0x8200_0000;
+/// The standing encoders, each at the position that it shows with factory values.
+const CE_65_M: &str = "model = \"ce-65-m\"\nmotion = { kind = \"hold\", raw = 5000 }\n";
+const LA_66: &str = "model = \"la-66\"\nmotion = { kind = \"hold\", raw = 250_000 }\n";
+const TURNING: &str = "model = \"ce-65-m\"\nmotion = { kind = \"speed\", rpm = 60.0 }\n";
+/// At 0 the encoder has read its records.
+const FROM_THE_FIRST_CYCLES_ON: &str = "[[event]]\nat_s = 0.001\nposition = 0\n";
+
+/// How the encoder is before the command.
+#[derive(Clone, Copy, Debug)]
+enum Before {
+    Sound,
+    /// Of a service that no encoder has; it is over.
+    ErrorPending,
+    UnreadableRecord,
+    MagnetAway,
+    Moving,
+    /// The numerator is 5000, and the position is still computed with 4096.
+    NotAccepted,
+    /// The link goes with the write of the request that begins with this byte.
+    LinkLost(u8),
+}
+
+/// What the second client sees afterwards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum In {
+    /// This word.
+    Is(u32),
+    /// Any position without an error.
+    SomePosition,
+    /// The reply of the service that was cut off: its service bit is still on OUT.
+    Reply(u8),
+}
+
+/// One line: the command, its exit code, `done` or `checked` if it printed them, IN, and what service 03 (on an
+/// LA-66: 02) reads afterwards.
+type Line<'a> = (&'a str, i32, Option<bool>, In, u32);
+
+struct Ring {
+    program: Child,
+    _lines: BufReader<ChildStdout>,
+    address: String,
+    _folder: tempfile::TempDir,
+}
+
+impl Drop for Ring {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Ring {
+    fn start(before: Before) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let (device, event) = match before {
+            Before::UnreadableRecord => (CE_65_M, "set = { eeprom = { fault = \"read\" } }\n"),
+            Before::MagnetAway => (LA_66, "set = { magnet = false }\n"),
+            Before::Moving => (TURNING, ""),
+            _ => (CE_65_M, ""),
+        };
+        let event =
+            if event.is_empty() { String::new() } else { format!("{FROM_THE_FIRST_CYCLES_ON}{event}") };
+        let scenario = folder.path().join("ring.toml");
+        fs::write(&scenario, format!("version = 1\n[[device]]\nposition = 0\n{device}{event}")).unwrap();
+        let mut program = Command::new(PROGRAM)
+            .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
+            .arg(&scenario)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(program.stdout.take().unwrap());
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let address = listening["modbus"].as_str().unwrap().to_owned();
+        let ring = Self { program, _lines: lines, address, _folder: folder };
+        let mut client = ring.client();
+        match before {
+            Before::ErrorPending => drop(client.service(0x8700_0000)),
+            Before::NotAccepted => assert_eq!(client.service(0xC300_1388), 0xC300_1388),
+            Before::MagnetAway => while client.input() & 1 << 29 == 0 {},
+            _ => {}
+        }
+        ring
+    }
+
+    fn client(&self) -> Client {
+        Client(TcpStream::connect(&self.address).unwrap())
+    }
+}
+
+/// The second client.
+struct Client(TcpStream);
+
+impl Client {
+    fn ask(&mut self, pdu: &[u8]) -> Vec<u8> {
+        let length = u16::try_from(pdu.len() + 1).unwrap().to_be_bytes();
+        self.0.write_all(&[&[0, 1, 0, 0][..], &length, &[1], pdu].concat()).unwrap();
+        frame(&mut self.0).unwrap().split_off(7)
+    }
+
+    fn input(&mut self) -> u32 {
+        let answer = self.ask(&[4, 0, 0, 0, 2]);
+        u32::from_be_bytes(answer[2..6].try_into().unwrap())
+    }
+
+    fn out(&mut self, word: u32) {
+        self.ask(&[&[16, 0, 0, 0, 2, 4][..], &word.to_be_bytes()].concat());
+    }
+
+    /// A whole service: its reply.
+    fn service(&mut self, request: u32) -> u32 {
+        // Whatever was left there ends first.
+        self.out(0);
+        while self.input() >> 31 == 1 {}
+        self.out(request);
+        let reply = loop {
+            let word = self.input();
+            if word >> 31 == 1 {
+                break word;
+            }
+        };
+        self.out(0);
+        while self.input() >> 31 == 1 {}
+        reply
+    }
+}
+
+/// A Modbus frame, header and all.
+fn frame(stream: &mut TcpStream) -> std::io::Result<Vec<u8>> {
+    let mut header = [0; 7];
+    stream.read_exact(&mut header)?;
+    let mut pdu = vec![0; usize::from(u16::from_be_bytes([header[4], header[5]])) - 1];
+    stream.read_exact(&mut pdu)?;
+    Ok([&header[..], &pdu].concat())
+}
+
+/// A gateway that is gone once a request with this upper byte has reached the ring; its address.
+fn gone_after(code: u8, ring: &Ring) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let server = ring.address.clone();
+    thread::spawn(move || {
+        while let Ok((mut client, _)) = listener.accept() {
+            let mut server = TcpStream::connect(&server).unwrap();
+            while let Ok(asked) = frame(&mut client) {
+                server.write_all(&asked).unwrap();
+                let answer = frame(&mut server).unwrap();
+                if asked[7] == 16 && asked[13] == code {
+                    let _ = client.shutdown(Shutdown::Both);
+                    return;
+                }
+                if client.write_all(&answer).is_err() {
+                    break;
+                }
+            }
+        }
+    });
+    address
+}
+
+/// Runs a command in a condition, and tells how it differs from what is expected.
+fn differs(before: Before, (command, code, done, input, value): Line<'_>) -> Option<String> {
+    let ring = Ring::start(before);
+    let (model, parameter) = match before {
+        Before::MagnetAway => ("la-66", LENGTH),
+        _ => ("ce-65-m", NUMERATOR),
+    };
+    let address = match before {
+        Before::LinkLost(code) => gone_after(code, &ring),
+        _ => ring.address.clone(),
+    };
+    let bus = format!("modbus-tcp://{address}?timeout_ms=200");
+    let output = Command::new(PROGRAM)
+        .args(command.split(' '))
+        .args(["--bus", &bus, "--at", "0", "--model", model, "--format", "json"])
+        // Else the old values are kept in the folder of the test.
+        .args(command.starts_with("write").then_some("--no-backup"))
+        .args(["--patience", "800ms"])
+        .stdin(Stdio::null())
+        .output()
+        .unwrap();
+    let mut client = ring.client();
+    let shown = client.input();
+    let seen = match input {
+        In::SomePosition if shown >> 29 == 0 => In::SomePosition,
+        In::Reply(_) if shown >> 31 == 1 => In::Reply((shown >> 24) as u8),
+        _ => In::Is(shown),
+    };
+    let reads = client.service(parameter) & 0xFF_FFFF;
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    let told = report["done"].as_bool().or(report["checked"].as_bool());
+    let found = (output.status.code().unwrap(), told, seen, reads);
+    (found != (code, done, input, value)).then(|| {
+        format!(
+            "{before:?}, {command}: {found:X?}\n{}{}",
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        )
+    })
+}
+
+const READ: &str = "read all";
+const CHECK: &str = "check --yes";
+const PRESET: &str = "preset 100 --yes";
+const PROGRAM_IT: &str = "write numerator 5000 --yes";
+
+#[test]
+fn every_command_tells_the_truth_in_every_condition() {
+    use Before as B;
+    use In::{Is, Reply, SomePosition};
+    // 5000 steps are 1388h; over 5000 turns instead of 4096 they are the 4096th position.
+    let (as_before, programmed, pending) = (Is(0x1388), Is(0x1000), Is(0x2000_1388));
+    let rod = Is(0x2000_61A8);
+    let table: &[(Before, &[Line<'_>])] = &[
+        (
+            B::Sound,
+            &[
+                (READ, 0, None, as_before, 4096),
+                (CHECK, 0, None, as_before, 4096),
+                (PRESET, 0, Some(true), Is(100), 4096),
+                (PROGRAM_IT, 0, Some(true), programmed, 5000),
+                // Nothing to write.
+                ("write numerator 4096 --yes", 0, Some(false), as_before, 4096),
+                ("write numerator 4096 --check --yes", 0, Some(true), as_before, 4096),
+                ("write numerator 5000 --dry-run", 0, Some(false), as_before, 4096),
+                // Without consent, and without anybody to ask.
+                ("write numerator 5000", 2, None, as_before, 4096),
+                ("preset 100", 2, None, as_before, 4096),
+                ("check", 2, None, as_before, 4096),
+            ],
+        ),
+        (
+            B::ErrorPending,
+            &[
+                (READ, 3, None, pending, 4096),
+                (CHECK, 1, None, as_before, 4096),
+                (PRESET, 1, Some(false), pending, 4096),
+                (PROGRAM_IT, 0, Some(true), programmed, 5000),
+                ("write numerator 4096 --yes", 1, Some(false), pending, 4096),
+                ("write numerator 5000 --dry-run", 3, Some(false), pending, 4096),
+                ("write numerator 5000", 2, None, pending, 4096),
+            ],
+        ),
+        (
+            B::UnreadableRecord,
+            &[
+                (READ, 3, None, pending, 0),
+                (CHECK, 1, None, pending, 0),
+                (PRESET, 1, Some(false), pending, 0),
+                (PROGRAM_IT, 1, Some(false), pending, 0),
+                ("write numerator 5000 --dry-run", 1, Some(false), pending, 0),
+            ],
+        ),
+        (
+            B::MagnetAway,
+            &[
+                (READ, 3, None, rod, 50_000),
+                (CHECK, 1, None, rod, 50_000),
+                (PRESET, 1, Some(false), rod, 50_000),
+                ("write measuring-length 5000 --yes", 1, Some(true), Is(0x2000_09C4), 5000),
+            ],
+        ),
+        (
+            B::Moving,
+            &[
+                (READ, 0, None, SomePosition, 4096),
+                (CHECK, 0, None, SomePosition, 4096),
+                (PRESET, 0, Some(true), SomePosition, 4096),
+                (PROGRAM_IT, 0, Some(true), SomePosition, 5000),
+            ],
+        ),
+        (
+            B::NotAccepted,
+            &[
+                (READ, 0, None, as_before, 5000),
+                (CHECK, 0, None, programmed, 5000),
+                (PRESET, 0, Some(true), Is(100), 5000),
+                (PROGRAM_IT, 0, Some(false), as_before, 5000),
+                ("write numerator 5000 --check --yes", 0, Some(true), programmed, 5000),
+                ("write numerator 5000 --check", 2, None, as_before, 5000),
+                ("write numerator 4096 --dry-run", 0, Some(false), as_before, 5000),
+            ],
+        ),
+        (B::LinkLost(0x82), &[(READ, 3, None, Reply(0x82), 4096)]),
+        (B::LinkLost(0x88), &[(CHECK, 3, None, Reply(0x88), 4096)]),
+        (B::LinkLost(0xC6), &[(PRESET, 3, Some(false), Reply(0xC6), 4096)]),
+        (B::LinkLost(0xC3), &[(PROGRAM_IT, 3, Some(false), Reply(0xC3), 5000)]),
+    ];
+    let lines: Vec<(Before, Line<'_>)> =
+        table.iter().flat_map(|(before, lines)| lines.iter().map(|line| (*before, *line))).collect();
+    // Each waits for the time on its ring most of all.
+    let found: Vec<String> = thread::scope(|scope| {
+        let share = lines.len().div_ceil(4);
+        let running: Vec<_> = lines
+            .chunks(share)
+            .map(|part| {
+                scope.spawn(|| part.iter().filter_map(|(b, line)| differs(*b, *line)).collect::<Vec<_>>())
+            })
+            .collect();
+        running.into_iter().flat_map(|part| part.join().unwrap()).collect()
+    });
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn a_wrong_model_is_told_as_that_where_the_words_show_it() {
+    let ring = Ring::start(Before::Sound);
+    let bus = format!("modbus-tcp://{}", ring.address);
+    let read = |parameter: &str, model: &str| {
+        let arguments = ["read", parameter, "--bus", &bus, "--at", "0", "--model", model];
+        let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+        assert_eq!(output.status.code(), Some(3));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let told = read("04", "ce-100-m");
+    let line = "only a ce-65-m has no service 04: is --model ce-100-m right? look at the type label\n";
+    assert!(told.contains(line), "{told}");
+    // The next read finds the error of the one before pending, and cannot tell.
+    ring.client().service(0x8800_0000);
+    assert!(read("05", "ce-100-m").contains("a la-66 and a ce-65-m have no service 05"));
+    // An LA-66 has one status bit; this encoder shows another.
+    let check = ["check", "--yes", "--bus", &bus, "--at", "0", "--model", "la-66"];
+    let output = Command::new(PROGRAM).args(check).output().unwrap();
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("a la-66 never shows the bits 0080: is --model right?"), "{told}");
+}
