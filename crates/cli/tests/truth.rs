@@ -67,15 +67,28 @@ impl Drop for Ring {
 
 impl Ring {
     fn start(before: Before) -> Self {
-        let folder = tempfile::tempdir().unwrap();
         let (device, event) = match before {
             Before::UnreadableRecord => (CE_65_M, "set = { eeprom = { fault = \"read\" } }\n"),
             Before::MagnetAway => (LA_66, "set = { magnet = false }\n"),
             Before::Moving => (TURNING, ""),
             _ => (CE_65_M, ""),
         };
+        let ring = Self::of(device, event);
+        let mut client = ring.client();
+        match before {
+            Before::ErrorPending => drop(client.service(0x8700_0000)),
+            Before::NotAccepted => assert_eq!(client.service(0xC300_1388), 0xC300_1388),
+            Before::MagnetAway => while client.input() & 1 << 29 == 0 {},
+            _ => {}
+        }
+        ring
+    }
+
+    /// One encoder, and what happens to it from the first cycles on.
+    fn of(device: &str, event: &str) -> Self {
         let event =
             if event.is_empty() { String::new() } else { format!("{FROM_THE_FIRST_CYCLES_ON}{event}") };
+        let folder = tempfile::tempdir().unwrap();
         let scenario = folder.path().join("ring.toml");
         fs::write(&scenario, format!("version = 1\n[[device]]\nposition = 0\n{device}{event}")).unwrap();
         let mut program = Command::new(PROGRAM)
@@ -89,15 +102,7 @@ impl Ring {
         lines.read_line(&mut first).unwrap();
         let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
         let address = listening["modbus"].as_str().unwrap().to_owned();
-        let ring = Self { program, _lines: lines, address, _folder: folder };
-        let mut client = ring.client();
-        match before {
-            Before::ErrorPending => drop(client.service(0x8700_0000)),
-            Before::NotAccepted => assert_eq!(client.service(0xC300_1388), 0xC300_1388),
-            Before::MagnetAway => while client.input() & 1 << 29 == 0 {},
-            _ => {}
-        }
-        ring
+        Self { program, _lines: lines, address, _folder: folder }
     }
 
     fn client(&self) -> Client {
@@ -117,6 +122,11 @@ impl Client {
 
     fn input(&mut self) -> u32 {
         let answer = self.ask(&[4, 0, 0, 0, 2]);
+        u32::from_be_bytes(answer[2..6].try_into().unwrap())
+    }
+
+    fn out_word(&mut self) -> u32 {
+        let answer = self.ask(&[3, 0, 0, 0, 2]);
         u32::from_be_bytes(answer[2..6].try_into().unwrap())
     }
 
@@ -340,4 +350,32 @@ fn a_wrong_model_is_told_as_that_where_the_words_show_it() {
     let output = Command::new(PROGRAM).args(check).output().unwrap();
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(told.contains("a la-66 never shows the bits 0080: is --model right?"), "{told}");
+    let note = "note: the OUT word of position 0 is needed for this: the PLC must not write it meanwhile\n";
+    assert!(String::from_utf8(output.stderr).unwrap().starts_with(note));
+}
+
+#[test]
+fn interrupted_after_the_first_write_nobody_says_that_nothing_was_sent() {
+    let times =
+        "service_times = { read_ms = 0, write_ms = 400, data_check_ms = 20, preset_adjustment_ms = 10 }\n";
+    let ring = Ring::of(&format!("{CE_65_M}{times}"), "");
+    let bus = format!("modbus-tcp://{}", ring.address);
+    let command = ["program", "--bus", &bus, "--at", "0", "--model", "ce-65-m", "--yes", "--no-backup"];
+    let program = Command::new(PROGRAM)
+        .args(command)
+        .args(["rotary", "--steps-per-turn", "1000", "--turns", "3.5"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut client = ring.client();
+    // The second value is on its way, so the first is in the encoder.
+    while client.out_word() >> 24 != 0x43 {}
+    assert!(Command::new("kill").args(["-INT", &program.id().to_string()]).status().unwrap().success());
+    let output = program.wait_with_output().unwrap();
+    let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert_eq!(output.status.code(), Some(3), "{told}");
+    assert!(told.contains("the old values were written back, checked and read back"), "{told}");
+    assert!(!told.contains("nothing was sent") && !told.contains("is as it was"), "{told}");
+    assert_eq!((client.service(LENGTH) & 0xFF_FFFF, client.input()), (0xFF_FFFF, 0x1388));
 }

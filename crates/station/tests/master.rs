@@ -11,7 +11,7 @@ use encoring_encoder::records::{Record, write_count};
 use encoring_host::Services;
 use encoring_host::preset::{Done, Preset, PresetReport};
 use encoring_host::program::{Back, Program, Report, Stopped};
-use encoring_host::service::{Check, Failure, check, read};
+use encoring_host::service::{Check, Failure, ReadValue, check, read};
 use encoring_host::session::{Fate, WaitedFor};
 use encoring_sim::memory::CellFault;
 use encoring_sim::scenario::Change;
@@ -467,6 +467,92 @@ fn a_preset_lands_on_the_value() {
     assert_eq!((report.result, report.after), (Ok(Done::Confirmed), Some(1_234)), "in Gray code");
 }
 
+/// How often the offset was stored since the encoder was new.
+fn offsets(bus: &Simulated, position: usize) -> u32 {
+    let fresh = self::bus(&three(""));
+    let count = |bus: &Simulated| write_count(&mut memory(bus, position), Record::Offset);
+    count(bus) - count(&fresh)
+}
+
+#[test]
+fn while_an_error_is_pending_no_preset_adjustment_is_sent() {
+    for (position, model) in MODELS.into_iter().enumerate() {
+        let mut bus = bus(&three(""));
+        let prepared = Preset::prepare(&mut master(&mut bus, position), model, 1_234).unwrap();
+        // Service 07 is unknown.
+        bus.cycle(Some((position, OutWord(0x8700_0000))), position, &mut [InWord(0)]).unwrap();
+        bus.wait(Duration::from_millis(50));
+        bus.cycle(Some((position, OutWord(0))), position, &mut [InWord(0)]).unwrap();
+        bus.wait(Duration::from_millis(50));
+        let late = prepared.adjust(&mut master(&mut bus, position));
+        assert!(matches!(late.result, Err(Failure::ErrorPending { .. })), "{late:?}");
+        let refused = Preset::prepare(&mut master(&mut bus, position), model, 1_234);
+        assert!(matches!(refused, Err(Failure::ErrorPending { .. })), "{refused:?}");
+        assert_eq!(offsets(&bus, position), 0);
+    }
+}
+
+#[test]
+fn a_preset_adjustment_that_is_refused_is_not_done_and_checks_nothing() {
+    let mut bus = bus(&three(""));
+    // Programmed and not accepted: a data check would make the position another one.
+    let mut master = master(&mut bus, 2);
+    let halve = encoring_host::Request::write(Model::Ce65M, Parameter::Numerator, 8_192).unwrap();
+    master.serve(halve).unwrap();
+    let prepared = Preset::prepare(&mut master, Model::Ce65M, 1_234).unwrap();
+    drop(master);
+    bus.world().with(|world| world.change(2, &[Change::MemoryFault(CellFault::Write, None)]));
+    let report = prepared.adjust(&mut self::master(&mut bus, 2));
+    let Err(Failure::Refused(refusal)) = report.result else { panic!("{report:?}") };
+    assert_eq!((refusal.check, refusal.repeated), (None, false));
+    assert_eq!((report.before, report.after), (Some(5_000), Some(5_000)));
+    assert!(report.shown.unwrap().error_bit());
+}
+
+#[test]
+fn a_preset_adjustment_that_the_position_does_not_show_is_not_confirmed() {
+    let mut unconfirmed = 0;
+    for k in 0..60 {
+        let jumps = event(200.0 + f64::from(k) * 0.4, 2, "raw = 900_000");
+        let (bus, report) = preset(&three(&jumps), 2, 1_234);
+        let report = report.unwrap();
+        match report.result {
+            // It stands, wherever it stands.
+            Ok(Done::Confirmed) => assert_eq!(report.after, Some(1_234), "{k}"),
+            Ok(Done::Acknowledged) => unconfirmed += 1,
+            Err(_) => panic!("{report:?}"),
+        }
+        assert_eq!(offsets(&bus, 2), 1);
+    }
+    assert!(unconfirmed > 0, "no jump came between the acknowledgement and the look");
+}
+
+#[test]
+fn reading_and_preparing_make_nothing_count_that_was_not_checked() {
+    for broken in [false, true] {
+        let mut bus = bus(&three(""));
+        let halve = encoring_host::Request::write(Model::Ce65M, Parameter::Numerator, 8_192).unwrap();
+        master(&mut bus, 2).serve(halve).unwrap();
+        if broken {
+            bus.world().with(|world| world.change(2, &[Change::MemoryFault(CellFault::Read, None)]));
+        }
+        let mut master = master(&mut bus, 2);
+        for parameter in [Parameter::Numerator, Parameter::MeasuringLength] {
+            let value = read(&mut master, Model::Ce65M, parameter).ok().and_then(ReadValue::sure);
+            assert_eq!(value.is_none(), broken);
+        }
+        let mut program = Program::new(Model::Ce65M, Some(4096));
+        program.set(Parameter::Numerator, 8_192).unwrap();
+        let prepared = program.prepare(&mut master);
+        assert_eq!(prepared.is_programmed(), !broken);
+        let report = prepared.run(&mut master);
+        assert_eq!((report.result.is_ok(), report.checked), (!broken, false), "{report:?}");
+        drop(master);
+        let (_, active) = truth(&bus, 2).unwrap();
+        assert_eq!(active.value(Parameter::Numerator), 4_096);
+    }
+}
+
 #[test]
 fn a_preset_adjustment_is_never_carried_out_twice() {
     let mut ends = [0; 3];
@@ -485,10 +571,7 @@ fn a_preset_adjustment_is_never_carried_out_twice() {
                 line(at, 0, "bad", 20.0),
             ] {
                 let (bus, report) = preset(&format!("{text}{trouble}"), position, 1_234);
-                let writes = write_count(&mut memory(&bus, position), Record::Offset);
-                let fresh = self::bus(&three(""));
-                let formatted = write_count(&mut memory(&fresh, position), Record::Offset);
-                let done = writes - formatted;
+                let done = offsets(&bus, position);
                 assert!(done <= 1, "{done} times");
                 match report.map(|report| report.result) {
                     Some(Ok(_)) => assert_eq!(done, 1),

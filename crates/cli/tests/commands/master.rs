@@ -71,6 +71,108 @@ fn the_old_values_are_a_file_that_brings_them_back() {
 }
 
 #[test]
+fn a_backup_that_is_asked_for_is_written_whether_anything_differs_or_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = format!("{} --state {}", ring(folder.path(), ""), folder.path().join("memories").display());
+    let [same, dry, kept] =
+        ["same.toml", "dry.toml", "kept.toml"].map(|name| folder.path().join(name).display().to_string());
+    let done = json(&format!("write numerator 4096 {bus} --yes --backup {same}"), 0);
+    assert_eq!(
+        (done["result"].as_str(), done["backup"].as_str()),
+        (Some("already_programmed"), Some(&*same))
+    );
+    let planned = json(&format!("write numerator 5000 {bus} --dry-run --backup {dry}"), 0);
+    assert_eq!((planned["result"].as_str(), planned["backup"].as_str()), (Some("planned"), Some(&*dry)));
+    let values = |file: &str| {
+        let text = fs::read_to_string(file).unwrap();
+        text.lines().filter(|line| !line.starts_with('#')).map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(values(&same), values(&dry));
+    assert!(values(&same).iter().any(|line| line.starts_with("numerator = 4096")));
+    // The same values once more are no reason to stop; the file is left as it is.
+    let before = fs::read_to_string(&dry).unwrap();
+    let done = json(&format!("write numerator 5000 {bus} --yes --backup {dry}"), 0);
+    assert_eq!((done["result"].as_str(), fs::read_to_string(&dry).unwrap()), (Some("verified"), before));
+    fs::write(&kept, "mine").unwrap();
+    for more in ["--yes", "--dry-run"] {
+        let refused = run(&format!("write numerator 4096 {bus} {more} --backup {kept}"));
+        assert_eq!(refused.code, Some(2), "{}", refused.err);
+        assert!(refused.err.contains("it is there already"), "{}", refused.err);
+    }
+    assert_eq!(fs::read_to_string(&kept).unwrap(), "mine");
+    assert_eq!(json(&format!("read 03 {bus}"), 0)["parameters"][0]["value"], 5_000);
+}
+
+#[test]
+fn what_calc_warns_of_is_in_the_question_and_in_the_report() {
+    let folder = tempfile::tempdir().unwrap();
+    let bus = ring(folder.path(), "");
+    let range = "rotary --steps-per-turn 1000 --turns 3.435353553";
+    let asked = run(&format!("program {bus} {range}"));
+    assert_eq!(asked.code, Some(2));
+    let warnings = json(&format!("program {bus} --yes {range}"), 0)["warnings"].clone();
+    let warnings: Vec<&str> =
+        warnings.as_array().unwrap().iter().map(|text| text.as_str().unwrap()).collect();
+    for (topic, words) in [
+        ("turns: ", "turns cannot be programmed"),
+        ("rounded: ", "is the nearest whole number"),
+        ("zero: ", "can be lost"),
+        ("gray: ", "bits change at once"),
+    ] {
+        let warning = warnings.iter().find(|warning| warning.starts_with(topic) && warning.contains(words));
+        let warning = warning.unwrap_or_else(|| panic!("{topic}{words}: {warnings:?}"));
+        assert!(asked.err.contains(warning), "{warning}\n{}", asked.err);
+    }
+    for told in ["Then a data check follows", "the position may jump"] {
+        assert!(asked.err.contains(told), "{}", asked.err);
+    }
+}
+
+#[test]
+fn a_ring_that_forgets_says_so_when_something_is_changed() {
+    let folder = tempfile::tempdir().unwrap();
+    let state = format!(" --state {}", folder.path().display());
+    let notes = |command: &str| {
+        let err = run(&format!("{command} --bus sim --at 1")).err;
+        let note = |line: &&str| {
+            line.starts_with("note: ")
+                && line.contains("--state DIR")
+                && line.contains("--bus modbus-tcp://127.0.0.1:5020")
+        };
+        err.lines().filter(note).count()
+    };
+    for command in
+        ["preset 5 --yes", "check --yes", "write numerator 5000 --yes", "write numerator 4096 --yes"]
+    {
+        assert_eq!(notes(command), 1, "{command}");
+        assert_eq!(notes(&format!("{command}{state}")), 0, "{command}");
+    }
+    for command in
+        ["read all", "write numerator 5000 --dry-run", "write numerator 5000 --dry-run --read-only"]
+    {
+        assert_eq!(notes(command), 0, "{command}");
+    }
+}
+
+#[test]
+fn an_error_that_was_pending_is_one_although_its_status_says_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let memories = folder.path().join("memories");
+    let bus = format!("--bus sim --at 0 --state {}", memories.display());
+    json(&format!("check {bus} --yes"), 0);
+    // A memory that is gone: the LA-66 has no status bit for it.
+    let file = memories.join("encoder-0.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let (head, rest) = text.split_once("memory = \"").unwrap();
+    let (_, tail) = rest.split_once('"').unwrap();
+    fs::write(&file, format!("{head}memory = \"{}\"{tail}", "FF".repeat(512))).unwrap();
+    let lost = run(&format!("check {bus} --yes"));
+    assert_eq!(lost.code, Some(1), "{}{}", lost.out, lost.err);
+    let told = "error status 0000\nan error was pending and is over; the status does not tell which\n";
+    assert!(lost.out.contains(told), "{}", lost.out);
+}
+
+#[test]
 fn what_the_data_check_would_refuse_is_not_begun_and_explained() {
     let folder = tempfile::tempdir().unwrap();
     let refused = run(&format!("write numerator 10 {} --yes", ring(folder.path(), "")));
