@@ -31,8 +31,8 @@ const SHOW_EVERY: Real = Real::from_millis(200);
 ///
 /// Only reads: never writes an OUT word. A row for every encoder and poll: time, words, verdict, position. FILE.csv is
 /// always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A FILE.csv
-/// that is there is kept as FILE.1.csv if it is a log, and else refused. Every second all rows are brought onto the
-/// disk.
+/// that is there is kept as FILE.1.csv if it is a log, and else refused; it stays FILE.csv until a word was seen. Every
+/// second all rows are brought onto the disk.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 2 bad usage, or FILE is no log;
@@ -57,6 +57,9 @@ pub(crate) struct Arguments {
     /// Millions of bytes after which a file is full
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     rotate_mb: u32,
+    /// Time after which a file is full, also if it has fewer bytes
+    #[arg(long, value_name = "TIME", value_parser = span)]
+    rotate_every: Option<Duration>,
     /// Finished files to keep; the oldest beyond that is deleted
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=9_999))]
     keep: u32,
@@ -123,8 +126,19 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(bad_input("--speed: only the time of a simulated ring can be told how to pass"));
     }
     let subjects = arguments.subjects.subjects(&opened)?;
-    let rotation = Rotation { bytes: u64::from(arguments.rotate_mb) * 1_000_000, keep: arguments.keep };
+    let rotation = Rotation {
+        bytes: u64::from(arguments.rotate_mb) * 1_000_000,
+        time_ns: arguments.rotate_every.map(Duration::as_nanos),
+        keep: arguments.keep,
+    };
     let log = Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation)?;
+    if let Some(oldest) = log.doomed() {
+        note(&format!(
+            "note: --keep {}: {} is deleted when the next file takes its turn",
+            arguments.keep,
+            oldest.display()
+        ));
+    }
     let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
     let stop = opened.stop();
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
@@ -241,7 +255,7 @@ impl<'a> Logging<'a> {
             value: sight.verdict.value(),
         };
         // Every file begins with all encoders.
-        let now = (self.log.files(), row.out, row.input, row.verdict);
+        let now = (self.log.files().max(1), row.out, row.input, row.verdict);
         match self.before.get_mut(k) {
             Some(before) if *before == now && self.arguments.changes => return Ok(()),
             Some(before) => *before = now,

@@ -368,6 +368,19 @@ fn a_gateway_that_never_answers_ends_with_3() {
     let log = run(folder.path(), &[&["log", "a.csv"][..], &common].concat());
     assert_eq!(log.status.code(), Some(3));
     assert!(rows(&folder.path().join("a.csv")).contains(&"0,,,no_answer_no_connection,".to_owned()));
+    // Begun again and again it costs nothing that is there.
+    let before = fs::read(folder.path().join("a.csv")).unwrap();
+    for _ in 0..3 {
+        let log = run(folder.path(), &[&["log", "a.csv", "--keep", "1"][..], &common].concat());
+        assert_eq!(log.status.code(), Some(3));
+        assert!(!text(&log.stderr).contains("--keep"), "{}", text(&log.stderr));
+    }
+    assert_eq!(fs::read(folder.path().join("a.csv")).unwrap(), before);
+    assert!(!folder.path().join("a.1.csv").exists());
+    fs::write(folder.path().join("a.1.csv"), "# encoring-log 1\n").unwrap();
+    let log = run(folder.path(), &[&["log", "a.csv", "--keep", "1"][..], &common].concat());
+    let told = text(&log.stderr);
+    assert!(told.starts_with("note: --keep 1: ") && told.contains("a.1.csv is deleted when"), "{told}");
 }
 
 #[test]

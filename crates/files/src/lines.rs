@@ -121,6 +121,20 @@ mod tests {
         assert_eq!(fs::metadata(&path).unwrap().len(), 80_008, "more than the buffer does not wait");
     }
 
+    #[test]
+    fn a_line_of_which_only_a_part_fitted_is_cut_off() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a");
+        let mut lines = LineFile::new(File::create(&path).unwrap());
+        lines.write_all(b"one\n").unwrap();
+        lines.flush().unwrap();
+        // As if the disk had taken so much.
+        lines.waiting.extend_from_slice(b"two\nthree\n");
+        lines.file.write_all(b"two\nthr").unwrap();
+        lines.cut(7);
+        assert_eq!((fs::read(&path).unwrap(), lines.bytes()), (b"one\ntwo\n".to_vec(), 8));
+    }
+
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_device_is_told() {

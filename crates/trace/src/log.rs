@@ -2,7 +2,8 @@
 //!
 //! `FILE.csv` is always the one that is written. When it is full it becomes `FILE.1.csv`, what was `FILE.1.csv` becomes
 //! `FILE.2.csv`, and so on; beyond the number to keep the oldest is deleted. Only logs are renamed and deleted: a file
-//! is one if its first line begins with `# encoring-log`, or if it is empty.
+//! is one if its first line begins with `# encoring-log`, or if it is empty. No older log takes its turn before there is
+//! a word to be logged: a log that is begun often and sees nothing costs nothing.
 //!
 //! | column | holds |
 //! |---|---|
@@ -17,15 +18,15 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
-use encoring_files::{Lock, sync_folder};
+use encoring_files::{LineFile, Lock, Replacement, sync_folder};
 
 use crate::columns::Decimal;
 
 /// How the first line of every log begins.
 const MARK: &[u8] = b"# encoring-log ";
 const HEADER: &[u8] = b"time_us,position,out,in,verdict,value\n";
-/// Rows wait for the next flush until there are so many bytes of them.
-const BUFFER_BYTES: usize = 64 * 1024;
+/// Rows without a word wait for the first one until there are so many bytes of them.
+const AHEAD_BYTES: usize = 64 * 1024;
 /// The longest row; any is shorter.
 const ROW_BYTES_MAX: usize = 128;
 
@@ -51,6 +52,8 @@ pub struct LogRow {
 pub struct Rotation {
     /// The most bytes of a file; it has at least one row all the same.
     pub bytes: u64,
+    /// The longest time from the first row of a file to its last, in nanoseconds on the bus's clock.
+    pub time_ns: Option<u64>,
     /// The most finished files.
     pub keep: u32,
 }
@@ -84,41 +87,48 @@ pub enum LogProblem {
     },
 }
 
-/// A log under way. Rows are in the file after [`Log::flush`], at the latest.
+/// A log under way. Rows are in the file after [`Log::flush`], at the latest; those that would cost an older log wait
+/// for the first word.
 #[derive(Debug)]
 pub struct Log {
     path: PathBuf,
     /// Everything before the rows.
     head: Vec<u8>,
     rotation: Rotation,
-    file: File,
-    /// A device or a pipe: neither renamed nor synchronised.
+    state: State,
+    /// A device or a pipe: it does not take turns.
     special: bool,
-    /// Bytes of the file.
-    bytes: u64,
     /// Rows of this file, in the file or waiting.
     rows_here: u64,
-    waiting: Vec<u8>,
+    /// The time of the first of them.
+    first_ns: u64,
     rows: u64,
     files: u64,
 }
 
+#[derive(Debug)]
+enum State {
+    /// Nothing is written yet.
+    Before {
+        /// What has the name now, locked: an older log, or an empty file.
+        found: File,
+        /// Whether the older log takes its turn.
+        retires: bool,
+        /// `true` if the file was made for this log.
+        made: bool,
+        /// Rows without a word, while an older log has the name.
+        ahead: Vec<u8>,
+    },
+    Writing(LineFile),
+}
+
 impl Log {
-    /// Begins a log. A log that is there already becomes `FILE.1.csv`. Each of `remarks` becomes a line `# ...` at the
-    /// head of every file, the first behind the mark.
+    /// Begins a log. A log that is there already becomes `FILE.1.csv` with the first word that is seen. Each of
+    /// `remarks` becomes a line `# ...` at the head of every file, the first behind the mark.
     ///
     /// # Errors
     /// [`LogError`]; what is no log is left as it is.
     pub fn create(path: &Path, remarks: &[String], rotation: Rotation) -> Result<Self, LogError> {
-        let mut head = MARK.to_vec();
-        head.push(b'1');
-        for (k, remark) in remarks.iter().enumerate() {
-            head.extend_from_slice(if k == 0 { b" " } else { b"\n# " });
-            // A line break in a remark would begin something else.
-            head.extend_from_slice(remark.replace(['\n', '\r'], " ").as_bytes());
-        }
-        head.push(b'\n');
-        head.extend_from_slice(HEADER);
         let found = fs::metadata(path);
         let special = found.as_ref().is_ok_and(|found| !found.is_file() && !found.is_dir());
         // A link is followed, so that the files take turns where it leads.
@@ -126,15 +136,20 @@ impl Log {
             Ok(real) if !special => real,
             _ => path.to_owned(),
         };
-        let file = match found {
-            _ if special => open_special(&path)?,
-            Ok(_) => replace(&path, rotation)?,
-            Err(_) => create(&path)?,
+        let state = match found {
+            _ if special => State::Writing(LineFile::new(open_special(&path)?)),
+            Ok(_) => State::found(&path, rotation)?,
+            Err(_) => State::Before { found: create(&path)?, retires: false, made: true, ahead: Vec::new() },
         };
-        let waiting = Vec::with_capacity(BUFFER_BYTES + ROW_BYTES_MAX);
+        let head = head(remarks);
         let mut log =
-            Self { path, head, rotation, file, special, bytes: 0, rows_here: 0, waiting, rows: 0, files: 0 };
-        log.begin()?;
+            Self { path, head, rotation, state, special, rows_here: 0, first_ns: 0, rows: 0, files: 0 };
+        if special {
+            log.files = 1;
+            let head = log.head.clone();
+            log.append(&head)?;
+            log.flush()?;
+        }
         Ok(log)
     }
 
@@ -148,6 +163,15 @@ impl Log {
     #[must_use]
     pub const fn is_special(&self) -> bool {
         self.special
+    }
+
+    /// The finished file that is deleted when the next one takes its turn, if it is there already.
+    #[must_use]
+    pub fn doomed(&self) -> Option<PathBuf> {
+        let finished = (1..=self.rotation.keep.max(1)).map(|number| numbered(&self.path, number));
+        let finished: Vec<_> = finished.take_while(|file| file.exists()).collect();
+        let all = finished.len() == self.rotation.keep.max(1) as usize;
+        finished.into_iter().last().filter(|_| all && !self.special)
     }
 
     /// Rows written so far.
@@ -170,14 +194,24 @@ impl Log {
         let mut line = [0; ROW_BYTES_MAX];
         let length = print(row, &mut line).map_err(|cause| system(&self.path, "write", cause))?;
         let line = line.get(..length).unwrap_or_default();
-        let bytes = self.bytes + (self.waiting.len() + line.len()) as u64;
-        if bytes > self.rotation.bytes && self.rows_here > 0 && !self.special {
+        if let State::Before { ahead, retires, .. } = &mut self.state {
+            ahead.extend_from_slice(line);
+            self.rows_here += 1;
+            if self.rows_here == 1 {
+                self.first_ns = row.time_ns;
+            }
+            let begins = row.input.is_some() || !*retires || ahead.len() > AHEAD_BYTES;
+            return if begins { self.begin_first() } else { Ok(()) };
+        }
+        if self.is_full(line.len() as u64, row.time_ns) {
             self.rotate()?;
         }
-        self.waiting.extend_from_slice(line);
+        if self.rows_here == 0 {
+            self.first_ns = row.time_ns;
+        }
         self.rows += 1;
         self.rows_here += 1;
-        if self.waiting.len() >= BUFFER_BYTES { self.drain() } else { Ok(()) }
+        self.append(line)
     }
 
     /// Brings every row onto the disk: what is there then, a power cut does not take.
@@ -185,16 +219,43 @@ impl Log {
     /// # Errors
     /// [`LogError`]; then the file ends with a whole row.
     pub fn flush(&mut self) -> Result<(), LogError> {
-        self.drain()?;
-        if self.special {
-            return Ok(());
+        match &mut self.state {
+            State::Writing(lines) => lines.sync().map_err(|cause| system(&self.path, "write", cause)),
+            State::Before { .. } => Ok(()),
         }
-        self.file.sync_data().map_err(|cause| system(&self.path, "write", cause))
     }
 
-    fn begin(&mut self) -> Result<(), LogError> {
-        (self.bytes, self.rows_here) = (0, 0);
-        self.waiting.extend_from_slice(&self.head);
+    /// Whether the next row, so many bytes long, belongs into another file.
+    fn is_full(&self, bytes: u64, time_ns: u64) -> bool {
+        let State::Writing(lines) = &self.state else { return false };
+        let too_long = lines.bytes() + bytes > self.rotation.bytes;
+        let too_late =
+            self.rotation.time_ns.is_some_and(|most| time_ns.saturating_sub(self.first_ns) >= most);
+        (too_long || too_late) && self.rows_here > 0 && !self.special
+    }
+
+    /// What has the name takes its turn, and the rows that waited are written.
+    fn begin_first(&mut self) -> Result<(), LogError> {
+        let State::Before { found, retires, ahead, .. } = &mut self.state else { return Ok(()) };
+        let ahead = std::mem::take(ahead);
+        let file = if *retires {
+            retire(&self.path, self.rotation)?;
+            create(&self.path)?
+        } else {
+            found.try_clone().map_err(|cause| system(&self.path, "open it", cause))?
+        };
+        let rows = self.rows_here;
+        self.begin(file)?;
+        self.rows_here = rows;
+        self.rows += rows;
+        self.append(&ahead)
+    }
+
+    fn begin(&mut self, file: File) -> Result<(), LogError> {
+        self.rows_here = 0;
+        self.state = State::Writing(LineFile::new(file));
+        let head = self.head.clone();
+        self.append(&head)?;
         // With its head on the disk a file is known as a log whatever happens.
         self.flush()?;
         self.files += 1;
@@ -205,40 +266,36 @@ impl Log {
     fn rotate(&mut self) -> Result<(), LogError> {
         self.flush()?;
         retire(&self.path, self.rotation)?;
-        self.file = create(&self.path)?;
-        self.begin()
+        let file = create(&self.path)?;
+        self.begin(file)
     }
 
-    fn drain(&mut self) -> Result<(), LogError> {
-        let mut written = 0;
-        while let Some(rest) = self.waiting.get(written..).filter(|rest| !rest.is_empty()) {
-            let cause = match self.file.write(rest) {
-                Ok(0) => io::ErrorKind::WriteZero.into(),
-                Ok(bytes) => {
-                    written += bytes;
-                    continue;
-                }
-                Err(cause) if cause.kind() == io::ErrorKind::Interrupted => continue,
-                Err(cause) => cause,
-            };
-            self.cut(written);
-            return Err(system(&self.path, "write", cause));
-        }
-        self.bytes += written as u64;
-        self.waiting.clear();
-        Ok(())
+    fn append(&mut self, text: &[u8]) -> Result<(), LogError> {
+        let State::Writing(lines) = &mut self.state else { return Ok(()) };
+        lines.write_all(text).map_err(|cause| system(&self.path, "write", cause))
     }
+}
 
-    /// Cuts off a row of which only a part fitted.
-    fn cut(&mut self, written: usize) {
-        let written = self.waiting.get(..written).unwrap_or_default();
-        let whole = written.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
-        if !self.special {
-            // If this fails too, the last row is a piece; there is nothing more to be done.
-            let _ = self.file.set_len(self.bytes + whole as u64);
+impl Drop for Log {
+    /// A file that was made for rows that never came is in the way.
+    fn drop(&mut self) {
+        if let State::Before { made: true, .. } = &self.state {
+            let _ = fs::remove_file(&self.path);
         }
-        self.waiting.clear();
     }
+}
+
+fn head(remarks: &[String]) -> Vec<u8> {
+    let mut head = MARK.to_vec();
+    head.push(b'1');
+    for (k, remark) in remarks.iter().enumerate() {
+        head.extend_from_slice(if k == 0 { b" " } else { b"\n# " });
+        // A line break in a remark would begin something else.
+        head.extend_from_slice(remark.replace(['\n', '\r'], " ").as_bytes());
+    }
+    head.push(b'\n');
+    head.extend_from_slice(HEADER);
+    head
 }
 
 fn print(row: &LogRow, line: &mut [u8]) -> io::Result<usize> {
@@ -274,33 +331,37 @@ fn open_special(path: &Path) -> Result<File, LogError> {
     OpenOptions::new().write(true).open(path).map_err(|cause| system(path, "open it", cause))
 }
 
-/// Takes the place of a log that is there.
-fn replace(path: &Path, rotation: Rotation) -> Result<File, LogError> {
-    let mut old = OpenOptions::new().read(true).write(true).open(path);
-    if let Err(cause) = &old
-        && cause.kind() == io::ErrorKind::PermissionDenied
-    {
-        // Where only the owner of the folder may write, the file can be renamed all the same.
-        old = File::open(path);
+impl State {
+    /// Locks a log that is there, and sees whether it can take its turn.
+    fn found(path: &Path, rotation: Rotation) -> Result<Self, LogError> {
+        let mut old = OpenOptions::new().read(true).write(true).open(path);
+        if let Err(cause) = &old
+            && cause.kind() == io::ErrorKind::PermissionDenied
+        {
+            // Where only the owner of the folder may write, the file can be renamed all the same.
+            old = File::open(path);
+        }
+        let mut found = old.map_err(|cause| system(path, "open it", cause))?;
+        if !is_log(&mut found).map_err(|cause| system(path, "read it", cause))? {
+            return Err(foreign(path));
+        }
+        lock(path, &found)?;
+        let retires = found.metadata().map_or(true, |found| found.len() > 0);
+        if retires {
+            turns(path, rotation)?;
+            // Whether a new file can be made there is seen now, and not with the first row.
+            Replacement::begin(path).map_err(|cause| system(path, "make a file beside it", cause))?;
+        }
+        Ok(Self::Before { found, retires, made: false, ahead: Vec::new() })
     }
-    let mut old = old.map_err(|cause| system(path, "open it", cause))?;
-    if !is_log(&mut old).map_err(|cause| system(path, "read it", cause))? {
-        return Err(foreign(path));
-    }
-    lock(path, &old)?;
-    if old.metadata().is_ok_and(|found| found.len() == 0) {
-        return Ok(old);
-    }
-    retire(path, rotation)?;
-    create(path)
 }
 
 fn lock(path: &Path, file: &File) -> Result<(), LogError> {
     Lock::file(file).map_err(|_| LogError { file: path.to_owned(), problem: LogProblem::InUse })
 }
 
-/// Renames the file to `.1`, and those before it upwards as far as there is no gap; the oldest goes if there are too many.
-fn retire(path: &Path, rotation: Rotation) -> Result<(), LogError> {
+/// The names of the finished files, up to the first that is free or the last that is kept; only logs may have them.
+fn turns(path: &Path, rotation: Rotation) -> Result<Vec<PathBuf>, LogError> {
     let keep = rotation.keep.max(1);
     let mut places = Vec::new();
     for number in 1..=keep {
@@ -322,6 +383,12 @@ fn retire(path: &Path, rotation: Rotation) -> Result<(), LogError> {
             break;
         }
     }
+    Ok(places)
+}
+
+/// Renames the file to `.1`, and those before it upwards as far as there is no gap; the oldest goes if there are too many.
+fn retire(path: &Path, rotation: Rotation) -> Result<(), LogError> {
+    let places = turns(path, rotation)?;
     // Whatever is at the last place is a log that is beyond the number, or nothing.
     let mut to = None;
     for place in places.iter().rev() {

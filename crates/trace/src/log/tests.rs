@@ -9,7 +9,7 @@ const ROW: LogRow = LogRow {
     verdict: "valid",
     value: Some(9_999),
 };
-const ROTATION: Rotation = Rotation { bytes: 1_000_000, keep: 3 };
+const ROTATION: Rotation = Rotation { bytes: 1_000_000, time_ns: None, keep: 3 };
 
 fn remarks() -> Vec<String> {
     vec!["started today".to_owned(), "bus a\nb".to_owned()]
@@ -79,7 +79,7 @@ fn the_longest_row_fits() {
 fn full_files_take_turns_and_only_so_many_are_kept() {
     let (folder, path) = folder();
     // Each row has 23 to 26 bytes behind a head of 55.
-    let log = filled(&path, Rotation { bytes: 140, keep: 3 }, 0..20);
+    let log = filled(&path, Rotation { bytes: 140, ..ROTATION }, 0..20);
     assert_eq!((log.rows(), log.files()), (20, 10));
     let files = files(folder.path());
     let kept: Vec<_> = files.iter().map(|(name, file)| (name.as_str(), times(file))).collect();
@@ -98,7 +98,7 @@ fn full_files_take_turns_and_only_so_many_are_kept() {
 #[test]
 fn a_file_has_a_row_however_small_it_must_be() {
     let (folder, path) = folder();
-    filled(&path, Rotation { bytes: 0, keep: 1 }, [1, 2, 3]);
+    filled(&path, Rotation { bytes: 0, keep: 1, ..ROTATION }, [1, 2, 3]);
     let files = files(folder.path());
     assert_eq!(times(&files["axis.csv"]), [3]);
     assert_eq!(times(&files["axis.1.csv"]), [2]);
@@ -146,7 +146,7 @@ fn what_is_no_log_is_left_as_it_is() {
 #[test]
 fn a_foreign_file_that_turns_up_later_is_left_too_and_the_log_stays() {
     let (folder, path) = folder();
-    let mut log = filled(&path, Rotation { bytes: 0, keep: 2 }, [1, 2]);
+    let mut log = filled(&path, Rotation { bytes: 0, keep: 2, ..ROTATION }, [1, 2]);
     fs::write(folder.path().join("axis.1.csv"), "a letter").unwrap();
     let before = files(folder.path());
     let error = log.write(&ROW).unwrap_err();
@@ -189,15 +189,65 @@ fn a_full_disk_is_told() {
 }
 
 #[test]
-fn a_row_that_fits_only_in_part_is_cut_off() {
+fn a_log_that_sees_nothing_costs_no_older_one_and_leaves_no_file() {
     let (folder, path) = folder();
-    let mut log = filled(&path, ROTATION, [1]);
-    log.waiting.extend_from_slice(b"2,2,,,valid,\n3,2,");
-    let part = log.waiting.len();
-    // As if the disk had taken so much.
-    log.file.write_all(&log.waiting).unwrap();
-    log.cut(part);
-    assert!(files(folder.path())["axis.csv"].ends_with("\n2,2,,,valid,\n"));
+    let unseen = LogRow { out: None, input: None, verdict: "no_answer", value: None, ..ROW };
+    let blind = || {
+        let mut log = Log::create(&path, &[], ROTATION).unwrap();
+        for _ in 0..10 {
+            log.write(&unseen).unwrap();
+            log.flush().unwrap();
+        }
+        assert_eq!((log.rows(), log.files()), (0, 0));
+    };
+    drop(Log::create(&path, &[], ROTATION).unwrap());
+    assert!(files(folder.path()).is_empty());
+    filled(&path, ROTATION, [1]);
+    let before = files(folder.path());
+    for _ in 0..11 {
+        blind();
+    }
+    assert_eq!(files(folder.path()), before);
+    // The first word brings the rows before it along.
+    let mut log = Log::create(&path, &[], ROTATION).unwrap();
+    log.write(&LogRow { time_ns: 5_000, ..unseen }).unwrap();
+    log.write(&LogRow { time_ns: 6_000, ..ROW }).unwrap();
+    log.flush().unwrap();
+    assert_eq!((times(&files(folder.path())["axis.csv"]), log.rows()), (vec![5_000, 6_000], 2));
+    assert_eq!(files(folder.path())["axis.1.csv"], before["axis.csv"]);
+}
+
+#[test]
+fn rows_without_a_word_are_logged_all_the_same_if_they_go_on() {
+    let (folder, path) = folder();
+    filled(&path, ROTATION, [1]);
+    let mut log = Log::create(&path, &[], ROTATION).unwrap();
+    for time_ns in 0..10_000 {
+        log.write(&LogRow { time_ns, input: None, ..ROW }).unwrap();
+    }
+    log.flush().unwrap();
+    assert_eq!((times(&files(folder.path())["axis.csv"]).len(), log.rows()), (10_000, 10_000));
+}
+
+#[test]
+fn files_take_turns_after_a_time_too() {
+    let (folder, path) = folder();
+    let rotation = Rotation { time_ns: Some(1_000), ..ROTATION };
+    filled(&path, rotation, [0, 500, 999, 1_000, 1_999, 5_000]);
+    let kept: Vec<_> = files(folder.path()).values().map(|file| times(file)).collect();
+    assert_eq!(kept, [vec![1_000, 1_999], vec![0, 500, 999], vec![5_000]]);
+}
+
+#[test]
+fn what_is_deleted_next_is_known_from_the_start() {
+    let (folder, path) = folder();
+    for time in 1..=3 {
+        filled(&path, ROTATION, [time]);
+    }
+    assert_eq!(Log::create(&path, &[], ROTATION).unwrap().doomed(), None);
+    filled(&path, ROTATION, [4]);
+    let oldest = folder.path().canonicalize().unwrap().join("axis.3.csv");
+    assert_eq!(Log::create(&path, &[], ROTATION).unwrap().doomed(), Some(oldest));
 }
 
 #[test]
