@@ -230,10 +230,24 @@ impl OutView {
     }
 }
 
+/// Whether a word carries a value of its service.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Carries {
+    Value,
+    Nothing,
+}
+
 impl OutModel {
     fn new(request: ServiceFields, model: Model) -> Self {
         let answer = Answer::to(request, model);
-        let mut data = DataView::new(request, model, request.access == Access::Write);
+        let mut data = DataView::new(
+            request,
+            model,
+            match request.access {
+                Access::Write => Carries::Value,
+                Access::Read => Carries::Nothing,
+            },
+        );
         let (name, status) = match answer {
             Answer::Done => ("done", None),
             Answer::RefusedAboveLength { status } => ("refused_above_measuring_length", Some(status)),
@@ -332,7 +346,8 @@ impl InView {
             models: models
                 .iter()
                 .zip(judged)
-                .map(|(model, why)| InModel::new(reply, *model, why, told))
+                .map(|(model, why)| InModel::new(reply, *model, why))
+                .map(|model| if told { model } else { model.with_reason() })
                 .collect(),
             remarks,
         }
@@ -353,19 +368,21 @@ fn error_advice(word: InWord) -> [&'static str; 2] {
 }
 
 impl InModel {
-    /// `told`: the reason already stands with the word.
-    fn new(reply: ServiceFields, model: Model, foreign: Option<Foreign>, told: bool) -> Self {
+    fn new(reply: ServiceFields, model: Model, foreign: Option<Foreign>) -> Self {
         // Only what was carried out is a value of the service; a refused read says nothing.
-        let carries_value = !(reply.access == Access::Read && Answer::to(reply, model).sets_error_bit());
-        let mut data = DataView::new(reply, model, carries_value);
+        let refused = reply.access == Access::Read && Answer::to(reply, model).sets_error_bit();
+        let carries = if refused { Carries::Nothing } else { Carries::Value };
+        let mut data = DataView::new(reply, model, carries);
         if !data.knows_service {
             data.text.push("does not have this service".to_owned());
         }
-        let foreign = foreign.map(|foreign| foreign.to_string());
-        if !told {
-            data.text.extend(foreign.iter().map(|reason| format!("does not send this: {reason}")));
-        }
-        Self { data, foreign }
+        Self { data, foreign: foreign.map(|foreign| foreign.to_string()) }
+    }
+
+    /// With the reason why it is not from this model, which does not stand with the word.
+    fn with_reason(mut self) -> Self {
+        self.data.text.extend(self.foreign.iter().map(|reason| format!("does not send this: {reason}")));
+        self
     }
 }
 
@@ -401,7 +418,8 @@ fn powers(status: ErrorStatus) -> String {
 }
 
 impl DataView {
-    fn new(fields: ServiceFields, model: Model, has_data: bool) -> Self {
+    fn new(fields: ServiceFields, model: Model, carries: Carries) -> Self {
+        let has_data = carries == Carries::Value;
         let ServiceNumber::Known(service) = fields.service else {
             return Self {
                 model: model.name(),
