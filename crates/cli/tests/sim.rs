@@ -716,3 +716,62 @@ fn a_recording_that_no_longer_fits_ends_in_whole_rows_and_nothing_else_does() {
     assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
     assert_ne!(replayed.stdout, b"0 rows, 0 differences\n");
 }
+
+/// Kills a simulation at so many moments: what was acknowledged more than a second before is in its file, every state
+/// file is whole, and what was recorded replays up to its last whole row.
+fn killed(times: u32) {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let arguments = ["--state", "memories", "--record", "a.csv", "--control", "127.0.0.1:0"];
+    let mut chance = 0x9E37_79B9_u32;
+    // The value that may have been lost, and the one that must be there otherwise.
+    let (mut new, mut old) = (None, 0xFF_FFFF);
+    for kill in 0..times {
+        // A file that is cut off would be refused here.
+        let sim = Sim::start(here, &arguments);
+        let mut client = sim.connect("modbus");
+        let found = service(&mut client, 2, 0x8200_0000) & 0xFF_FFFF;
+        assert!(found == old || Some(found) == new, "kill {kill}: {found}, not {old} or {new:?}");
+        let value = 10_000 + kill;
+        assert_eq!(service(&mut client, 2, 0xC200_0000 | value), 0xC200_0000 | value);
+        let mut control = sim.connect("control");
+        let mut answers = BufReader::new(control.try_clone().unwrap());
+        let mut ring_ns = || {
+            writeln!(control, r#"{{"verb":"view"}}"#).unwrap();
+            let mut answer = String::new();
+            answers.read_line(&mut answer).unwrap();
+            let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+            answer["view"]["time_ns"].as_u64().unwrap()
+        };
+        chance = chance.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        let acknowledged = ring_ns();
+        let until = acknowledged + u64::from(chance >> 8) * 90;
+        let mut now = acknowledged;
+        while now < until {
+            now = ring_ns();
+        }
+        let mut program = sim.program;
+        program.kill().unwrap();
+        program.wait().unwrap();
+        (new, old) = if now - acknowledged > 1_000_000_000 { (None, value) } else { (Some(value), found) };
+
+        let recorded = fs::read_to_string(here.join("a.csv.partial")).unwrap();
+        let whole = &recorded[..recorded.rfind('\n').map_or(0, |end| end + 1)];
+        if whole.contains("\ntime_us,") {
+            fs::write(here.join("whole.csv"), whole).unwrap();
+            let replayed = run(here, &["replay", "--at", "2", "whole.csv"]);
+            assert_eq!(replayed.status.code(), Some(0), "kill {kill}: {replayed:?}");
+        }
+    }
+}
+
+#[test]
+fn a_kill_at_any_moment_loses_nothing_that_was_acknowledged_a_second_before() {
+    killed(20);
+}
+
+#[test]
+#[ignore = "some three minutes; .ci/long runs it"]
+fn two_hundred_kills_lose_nothing() {
+    killed(200);
+}
