@@ -10,6 +10,8 @@ use std::sync::Arc;
 
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
+use crate::misread::Misread;
+
 /// A ring on which words can be read and written. Positions are ring positions from 0.
 ///
 /// Calls block until they are done or have failed, never for longer than the bus's own time-out says. An error ends
@@ -43,6 +45,12 @@ pub trait Bus {
 
     /// What has to pass before words written separately are sure to stand on the ring together.
     fn settling(&self) -> Settling;
+
+    /// What to change in the bus's address so that words are read in another way; `None` if nothing does that.
+    fn cure(&self, misread: Misread) -> Option<String> {
+        let _ = misread;
+        None
+    }
 
     /// Hands out what happened to the link since the last call; `None` once everything was told.
     fn link_event(&mut self) -> Option<LinkEvent> {
@@ -126,6 +134,12 @@ pub enum Answered {
 }
 
 impl BusError {
+    /// Whether the peer has answered, and so.
+    #[must_use]
+    pub fn is_answered(&self, so: Answered) -> bool {
+        matches!(self, Self::Client(client) if client.answered() == so)
+    }
+
     /// What a client of a protocol met, and what it means for whoever asked.
     pub fn client(answered: Answered, error: impl Error + Send + Sync + 'static) -> Self {
         Self::Client(ClientError { answered, error: Arc::new(error) })

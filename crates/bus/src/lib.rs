@@ -8,10 +8,12 @@ pub mod bus;
 pub mod image;
 pub mod judge;
 pub mod master;
+pub mod misread;
+pub mod release;
 pub mod watch;
 
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
 pub use image::SharedImage;
 pub use judge::{Blind, Insight, Judge, Judgement};
-pub use master::{EncoderMaster, MasterError};
+pub use master::{EncoderMaster, LeftBit, MasterError};
 pub use watch::Watch;

@@ -1,12 +1,17 @@
 //! One encoder on a bus, and the master that carries its services out.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session, SessionPhase, Timing};
+use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Bus, BusError};
+use crate::bus::{Answered, Bus, BusError};
+use crate::misread::{Misread, can_be_sent};
+
+/// So many words in a row that no encoder sends are not torn: the gateway makes them so.
+const STRANGE: u32 = 3;
 
 /// Why a service was not even begun.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -16,8 +21,7 @@ pub enum MasterError {
     Bus(#[from] BusError),
     /// Another master's service is under way: its service bit is set [R30].
     #[error(
-        "OUT holds {out}: another master's service is under way, or was left there; this request was not sent. Stop \
-         the other master, or clear its service bit"
+        "OUT holds {out}: another master's service is under way, or was left there; this request was not sent"
     )]
     OtherMaster {
         /// The OUT word that stands on the bus.
@@ -39,8 +43,19 @@ pub enum MasterError {
         /// The IN word.
         input: InWord,
     },
+    /// IN shows what no encoder sends.
+    #[error("IN holds {input}, which no encoder sends{}", .cure)]
+    Misread {
+        /// The IN word.
+        input: InWord,
+        /// How it is an encoder's, and what to change, if that can be told.
+        cure: Cure,
+    },
     /// The IN words do not come from the ring any more.
-    #[error("the IN word is {age} old: the ring has stopped, or the encoder is not on it")]
+    #[error(
+        "the IN word is {age} old: the ring has stopped, or the encoder is not on it. Look at the lamps of master and \
+         encoder, and at `encoring scan`"
+    )]
     Stale {
         /// Its age.
         age: Duration,
@@ -48,6 +63,28 @@ pub enum MasterError {
     /// The user wants to stop.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// How a word that no encoder sends is one's, and what to change.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cure(String);
+
+impl Cure {
+    /// For a word on a bus.
+    pub fn of<B: Bus + ?Sized>(bus: &B, input: InWord) -> Self {
+        let Some(misread) = Misread::of(input) else { return Self::default() };
+        let read = format!("; with {} it is {}, a position", misread.name(), misread.read(input));
+        Self(match bus.cure(misread) {
+            Some(cure) => format!("{read}. What cures it: {cure}"),
+            None => read,
+        })
+    }
+}
+
+impl std::fmt::Display for Cure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
 }
 
 /// What a master tells of its work.
@@ -64,6 +101,22 @@ pub struct Look {
     pub input: Option<InWord>,
 }
 
+/// The word with the service bit that was written to a bus and has not been seen gone there. Clones show the same.
+#[derive(Clone, Debug, Default)]
+pub struct LeftBit(Arc<AtomicU32>);
+
+impl LeftBit {
+    /// It, or `None` if a read of OUT has shown it gone, or none was written.
+    #[must_use]
+    pub fn word(&self) -> Option<OutWord> {
+        Some(OutWord(self.0.load(Ordering::Relaxed))).filter(|out| out.service_bit())
+    }
+
+    fn set(&self, out: OutWord) {
+        self.0.store(out.0, Ordering::Relaxed);
+    }
+}
+
 /// Carries services out on one encoder of a bus. It reads before it writes, and writes only what it has to.
 pub struct EncoderMaster<'a, B: ?Sized> {
     bus: &'a mut B,
@@ -72,10 +125,13 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     timing: Timing,
     /// What is known to stand on OUT because it was written here.
     written: Option<OutWord>,
-    /// The last two words that were to be written.
-    tried: [OutWord; 2],
+    left: LeftBit,
+    /// The request that was to be written first, if it must not be written twice.
+    once: Option<OutWord>,
     stop: Arc<AtomicBool>,
-    /// It was set when nothing could be given up any more.
+    /// How often the user wanted to stop.
+    stops: u32,
+    /// The user wanted to when nothing could be given up any more.
     stop_next: bool,
     last_error: Option<BusError>,
     observe: Option<Observe<'a>>,
@@ -92,26 +148,29 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         patience: Duration,
         stop: Arc<AtomicBool>,
     ) -> Result<Self, MasterError> {
-        let standing = bus.out(position)?;
-        if standing.service_bit() {
-            return Err(MasterError::OtherMaster { out: standing });
-        }
         let settling = bus.settling();
         let timing =
             Timing { settle_polls: settling.cycles, settle: settling.time, patience, ..Timing::DIRECT };
-        let session = Session::new(timing, standing);
-        Ok(Self {
+        let mut master = Self {
             bus,
             position,
-            session,
+            session: Session::new(timing, OutWord(0)),
             timing,
             written: None,
-            tried: [OutWord(0); 2],
+            left: LeftBit::default(),
+            once: None,
             stop,
+            stops: 0,
             stop_next: false,
             last_error: None,
             observe: None,
-        })
+        };
+        let standing = master.read_out()?;
+        if standing.service_bit() {
+            return Err(MasterError::OtherMaster { out: standing });
+        }
+        master.session = Session::new(timing, standing);
+        Ok(master)
     }
 
     /// Tells `observe` every poll of every service.
@@ -130,20 +189,71 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.bus
     }
 
+    /// Whether the user wants to stop, for the first time since this was asked.
     fn interrupted(&mut self) -> bool {
-        self.stop.swap(false, Ordering::Relaxed) | std::mem::take(&mut self.stop_next)
+        let now = self.stop.swap(false, Ordering::Relaxed);
+        self.stops += u32::from(now);
+        now | std::mem::take(&mut self.stop_next)
+    }
+
+    /// Whether the user has wanted to stop twice: nothing is waited for any more.
+    const fn in_a_hurry(&self) -> bool {
+        self.stops > 1
+    }
+
+    /// Reads OUT, until it can be read. Whoever finds no service bit there has seen ours gone.
+    fn read_out(&mut self) -> Result<OutWord, MasterError> {
+        let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
+        if !out.service_bit() {
+            self.left.set(OutWord(0));
+        }
+        Ok(out)
     }
 
     /// Refuses to work while somebody else does.
     fn alone(&mut self) -> Result<(), MasterError> {
-        let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
+        let left = self.left.word();
+        let out = self.read_out()?;
+        if left == Some(out) {
+            // It came late, or the word that clears it was lost: the next word does.
+            self.written = None;
+            return Ok(());
+        }
         match self.written {
             // A gateway may have let its outputs fall.
             Some(ours) if out != ours && out != OutWord(0) => Err(MasterError::Overwritten { out, ours }),
-            // After a failed write either of the last two words may stand there.
-            None if out.service_bit() && !self.tried.contains(&out) => Err(MasterError::OtherMaster { out }),
+            None if out.service_bit() => Err(MasterError::OtherMaster { out }),
             _ => Ok(()),
         }
+    }
+
+    /// The mark of a service bit that may stand on OUT because it was written here.
+    #[must_use]
+    pub fn left(&self) -> LeftBit {
+        self.left.clone()
+    }
+
+    /// Reads OUT until the service bit that was written here is seen gone, and takes it back where it is not. Ends when the
+    /// patience does; then the bit may stand there, and must be told. To be called after the last service.
+    pub fn withdraw(&mut self) -> Option<OutWord> {
+        let since = self.bus.now();
+        while let Some(left) = self.left.word() {
+            match self.bus.out(self.position) {
+                Ok(out) if out == left => {
+                    // What it clears it reads back in the next round.
+                    let _ = self.bus.cycle(Some((self.position, rest(left))), self.position, &mut []);
+                }
+                // Another word is another master's, and it has taken ours away.
+                Ok(_) => self.left.set(OutWord(0)),
+                Err(error) => self.last_error = Some(error),
+            }
+            if self.interrupted() || self.in_a_hurry() || self.bus.now().since(since) >= self.timing.patience
+            {
+                break;
+            }
+            self.rest(self.timing.next_look(LookFor::Recovery));
+        }
+        self.left.word()
     }
 
     /// Asks the bus for something until it is there, and gives up when the patience is at an end.
@@ -163,22 +273,16 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 self.last_error = Some(error.clone());
             }
             asked += 1;
-            let patient = self.bus.now().since(since) < patience || asked < self.timing.patience_polls;
+            let time = self.bus.now().since(since) < patience;
+            let patient = asked < self.timing.patience_polls || time && !is_refused(&problem);
             if !patient || matches!(problem, MasterError::Bus(BusError::NoEncoder { .. })) {
                 return Err(problem);
             }
-            if self.interrupted() {
+            if self.interrupted() || self.in_a_hurry() {
                 return Err(MasterError::Interrupted);
             }
             self.rest(self.timing.next_look(LookFor::Recovery));
         }
-    }
-
-    /// `true` if the service bit may stand on the bus although no service is under way: the word that takes it back
-    /// could not be written.
-    #[must_use]
-    pub fn may_have_left_the_service_bit(&self) -> bool {
-        self.written.is_none() && self.tried.iter().any(|out| out.service_bit())
     }
 
     /// Leaves a gateway in peace until the next look.
@@ -190,10 +294,13 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
 
     /// One poll: writes `out` unless it stands there already.
     fn poll(&mut self, out: OutWord) -> Option<Seen> {
+        if self.written != Some(out) && self.once == Some(out) {
+            return self.read_back(out);
+        }
         let write = (self.written != Some(out)).then_some((self.position, out));
-        if write.is_some() {
-            let [_, last] = self.tried;
-            self.tried = [last, out];
+        if write.is_some() && out.service_bit() {
+            self.left.set(out);
+            self.once = self.session.is_unrepeatable().then_some(out);
         }
         let mut input = [InWord(0)];
         match self.bus.cycle(write, self.position, &mut input) {
@@ -211,19 +318,48 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             }
         }
     }
+
+    /// Looks whether a request stands on OUT that must not be written a second time: written again to a gateway that has
+    /// meanwhile let its outputs fall, the service bit would rise twice.
+    fn read_back(&mut self, out: OutWord) -> Option<Seen> {
+        let busy = self.last_error.as_ref().is_some_and(|error| error.is_answered(Answered::Busy));
+        match self.bus.out(self.position) {
+            Ok(standing) if standing == out => self.written = Some(out),
+            // Refused for the moment, and OUT shows that it was: the first time is still to come.
+            Ok(standing) if busy && standing == rest(out) => self.once = None,
+            Ok(_) => self.session.fell(self.bus.now()),
+            Err(error) => self.last_error = Some(error),
+        }
+        None
+    }
+}
+
+/// Whether asking more often than a few times is of no use.
+fn is_refused(problem: &MasterError) -> bool {
+    match problem {
+        MasterError::Bus(error) => error.is_answered(Answered::Refused),
+        // A word that is torn now and then is another one soon.
+        problem => matches!(problem, MasterError::Misread { .. }),
+    }
+}
+
+/// The same word without the service bit.
+fn rest(out: OutWord) -> OutWord {
+    OutWord::from(Out::Normal(out.0))
 }
 
 impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
     type Error = MasterError;
 
     fn serve(&mut self, request: Request) -> Result<Outcome, MasterError> {
-        if self.interrupted() {
+        if self.interrupted() || self.in_a_hurry() {
             return Err(MasterError::Interrupted);
         }
-        self.last_error = None;
+        (self.last_error, self.once) = (None, None);
         self.alone()?;
         // Every service is driven to its end below, so none is under way here.
         let mut out = self.session.start(self.bus.now(), request).unwrap_or(request.rest());
+        let mut strange = 0_u32;
         loop {
             let phase = self.session.phase();
             let seen = self.poll(out);
@@ -233,9 +369,23 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             if self.interrupted() && !self.session.give_up(self.bus.now()) {
                 self.stop_next = true;
             }
+            strange = match seen {
+                Some(Seen { input, .. }) if !can_be_sent(input) => strange + 1,
+                _ => 0,
+            };
+            if let (SessionPhase::Preparing(_), Some(Seen { input, .. }), STRANGE..) = (phase, seen, strange)
+            {
+                self.session.abandon();
+                return Err(MasterError::Misread { input, cure: Cure::of(self.bus, input) });
+            }
             let (next, outcome) = self.session.cycle(self.bus.now(), seen);
             out = next;
             if let Some(outcome) = outcome {
+                return Ok(outcome);
+            }
+            if self.in_a_hurry()
+                && let Some(outcome) = self.session.abandon()
+            {
                 return Ok(outcome);
             }
             self.rest(self.session.next_look());
@@ -250,7 +400,13 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             if cycle.age >= patience {
                 return Err(MasterError::Stale { age: cycle.age });
             }
-            if input.service_bit() { Err(MasterError::InService { input }) } else { Ok(input) }
+            match input {
+                input if !can_be_sent(input) => {
+                    Err(MasterError::Misread { input, cure: Cure::of(bus, input) })
+                }
+                input if input.service_bit() => Err(MasterError::InService { input }),
+                input => Ok(input),
+            }
         })
     }
 

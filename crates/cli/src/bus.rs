@@ -1,21 +1,24 @@
 //! The ring that a command works on: simulated in this process, or real behind a Modbus gateway.
 
+use std::fmt::Display;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
-use encoring_bus::{Bus, BusError, EncoderMaster};
+use encoring_bus::{Bus, BusError, Cause, EncoderMaster, Link};
 use encoring_encoder::Unit;
 use encoring_modbus::{Address, Client};
 use encoring_sim::state::StateFolder;
 use encoring_sim::{Scenario, World};
 use encoring_station::{SharedWorld, Simulated, Speed};
-use encoring_words::Duration;
 use encoring_words::model::Sensor;
+use encoring_words::{Duration, OutWord};
+use serde::Serialize;
 
-use crate::arguments::bus::{BusArguments, Encoder, Source, Target};
-use crate::arguments::{TypeLabel, built_with};
+use crate::arguments::bus::{BusArguments, Encoder, Source, Target, patience};
+use crate::arguments::{Output, TypeLabel, built_with};
+use crate::interrupt::{Interrupt, service_bit_left};
 use crate::memories::{can_be_written, not_saved};
-use crate::output::{Failure, bad_input, note};
+use crate::output::{Answer, Failure, Format, bad_input, note};
 use crate::told::{Failed, FailureView};
 
 /// A ring, wherever it is.
@@ -31,7 +34,19 @@ pub(crate) struct Opened {
     /// How long a lost answer takes; nothing on a simulated ring.
     timeout: Duration,
     memories: Option<StateFolder>,
-    stop: Arc<AtomicBool>,
+    interrupt: Interrupt,
+    /// The encoder and the word with the service bit that was not seen gone.
+    left: Option<(usize, OutWord)>,
+    /// Host and port, or the device; a simulated ring as it was named.
+    place: String,
+}
+
+/// A report with what every report of a master says.
+#[derive(Serialize)]
+struct Reported<'a, V> {
+    #[serde(flatten)]
+    view: &'a V,
+    service_bit_left: Option<String>,
 }
 
 /// What a command does with an encoder.
@@ -39,15 +54,6 @@ pub(crate) struct Opened {
 pub(crate) enum Deed {
     Reads,
     Changes,
-}
-
-/// Set by Ctrl-C and SIGTERM.
-pub(crate) fn stop_mark() -> Result<Arc<AtomicBool>, Failure> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let for_handler = Arc::clone(&stop);
-    ctrlc::set_handler(move || for_handler.store(true, Ordering::Relaxed))
-        .map_err(|cause| Failure::Output(std::io::Error::other(cause)))?;
-    Ok(stop)
 }
 
 /// The scenario of a simulated ring; `None` if the address is that of another ring.
@@ -71,13 +77,23 @@ impl BusArguments {
     /// Opens the ring. `speed` is that of a simulated one.
     pub(crate) fn open(&self, speed: Speed) -> Result<Opened, Failure> {
         let address = self.place.get()?;
-        let stop = stop_mark()?;
+        let interrupt = Interrupt::new()?;
         let address = address.to_owned();
         match simulated_ring(&address)? {
             Some(scenario) => {
                 let (bus, memories) = self.simulated(&scenario, speed)?;
                 let world = Some(bus.world().clone());
-                Ok(Opened { bus: Box::new(bus), world, address, timeout: Duration::ZERO, memories, stop })
+                let (place, timeout) = (address.clone(), Duration::ZERO);
+                Ok(Opened {
+                    bus: Box::new(bus),
+                    world,
+                    address,
+                    timeout,
+                    memories,
+                    interrupt,
+                    left: None,
+                    place,
+                })
             }
             None => {
                 if self.memories.state.is_some() {
@@ -86,9 +102,9 @@ impl BusArguments {
                     ));
                 }
                 let gateway = gateway(&address)?;
-                let timeout = gateway.timeout;
-                let client = Client::new(gateway)?;
-                Ok(Opened { bus: Box::new(client), world: None, address, timeout, memories: None, stop })
+                let (timeout, place) = (gateway.timeout, gateway.way.to_string());
+                let (bus, world, memories) = (Box::new(Client::new(gateway)?), None, None);
+                Ok(Opened { bus, world, address, timeout, memories, interrupt, left: None, place })
             }
         }
     }
@@ -119,7 +135,7 @@ impl Encoder {
         let position =
             self.at.ok_or_else(|| bad_input("--at POSITION is missing; positions count from 0"))?;
         let opened = self.ring.open(Speed::Max)?;
-        let patience = self.patience(opened.timeout)?;
+        let patience = patience(self.patience, opened.timeout)?;
         let target = self.target(&opened, position, patience)?;
         Ok((opened, target))
     }
@@ -194,7 +210,17 @@ impl Opened {
 
     /// The mark that Ctrl-C sets.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
-        Arc::clone(&self.stop)
+        self.interrupt.stop()
+    }
+
+    /// Host and port, or the device.
+    pub(crate) fn place(&self) -> String {
+        self.place.clone()
+    }
+
+    /// How long a lost answer takes.
+    pub(crate) const fn timeout(&self) -> Duration {
+        self.timeout
     }
 
     /// Lets a master work on an encoder; what it fails with becomes the command's failure.
@@ -204,24 +230,58 @@ impl Opened {
         work: impl FnOnce(&mut EncoderMaster<'_, AnyBus>) -> Result<T, Failed>,
     ) -> Result<T, Failure> {
         let stop = self.stop();
-        let failure = |failed: &Failed, behind| FailureView::new(failed, target, behind).into_failure();
+        let place = self.place();
+        let failure =
+            |failed: &Failed, behind| FailureView::new(failed, target, behind).at(&place).into_failure();
         let mut master = EncoderMaster::new(&mut *self.bus, target.position, target.patience, stop)
             .map_err(|error| failure(&Failed::Bus(error), None))?;
+        self.interrupt.serving(target.position, master.left());
         let worked = work(&mut master);
-        if master.may_have_left_the_service_bit() {
-            note(
-                "note: the service bit may still be set on the bus: the word that clears it could not be written",
-            );
-        }
+        self.left = master.withdraw().map(|out| (target.position, out));
         worked.map_err(|failed| failure(&failed, master.last_error()))
+    }
+
+    /// Closes the ring and prints the report, with the service bit that was left if there is one; then the answer is not
+    /// yes.
+    pub(crate) fn report<V: Display + Serialize>(
+        mut self,
+        output: Output,
+        told: Result<V, Failure>,
+        answer: impl FnOnce(&V) -> Answer,
+    ) -> Result<Answer, Failure> {
+        let left = self.left;
+        if told.is_err() {
+            // The failure says what the trouble was.
+            while self.bus.link_event().is_some() {}
+        }
+        self.close()?;
+        if let Some((position, out)) = left {
+            note(&service_bit_left(position, out));
+        }
+        let service_bit_left = left.map(|(_, out)| out.to_string());
+        match (told, output.format) {
+            (Ok(view), Format::Json) => {
+                output.json(&Reported { view: &view, service_bit_left })?;
+                Ok(after(left, answer(&view)))
+            }
+            (Ok(view), Format::Text) => {
+                output.print(&view)?;
+                Ok(after(left, answer(&view)))
+            }
+            (Err(failure), format) => {
+                if let (Some((position, _)), Format::Json) = (left, format) {
+                    output.json(&Left { position, service_bit_left })?;
+                }
+                Err(failure)
+            }
+        }
     }
 
     /// Tells what happened to the link, and keeps the memories of simulated encoders.
     pub(crate) fn close(mut self) -> Result<(), Failure> {
-        while let Some(event) = self.bus.link_event() {
-            if event.what.is_trouble() {
-                note(&format!("note: {}: {}", self.address, event.what));
-            }
+        let events: Vec<_> = std::iter::from_fn(|| self.bus.link_event()).map(|event| event.what).collect();
+        for trouble in troubles(&events) {
+            note(&format!("note: {}: {trouble}", self.place));
         }
         let (Some(world), Some(memories)) = (&self.world, &self.memories) else { return Ok(()) };
         if memories.is_read_only() {
@@ -229,4 +289,37 @@ impl Opened {
         }
         world.with(|world| memories.save(world)).map_err(|error| not_saved(&error))
     }
+}
+
+/// What is left of an answer if a service bit was left.
+fn after(left: Option<(usize, OutWord)>, answer: Answer) -> Answer {
+    if left.is_some() && answer == Answer::Yes { Answer::Unknown } else { answer }
+}
+
+/// What is printed for programs where a command has nothing else to say.
+#[derive(Serialize)]
+struct Left {
+    position: usize,
+    service_bit_left: Option<String>,
+}
+
+/// What happened to a link, one line for each trouble: that it ended belongs to it, and the same is told once.
+fn troubles(events: &[Link]) -> Vec<String> {
+    let mut told: Vec<(String, u32)> = Vec::new();
+    let mut events = events.iter().filter(|event| event.is_trouble()).peekable();
+    while let Some(event) = events.next() {
+        let text = match event {
+            Link::Down { cause, .. } => format!("connection lost: {cause}"),
+            Link::Failed { cause, .. } => BusError::NoConnection(Cause::System(*cause)).to_string(),
+            Link::Up { .. } => event.to_string(),
+        };
+        events.next_if(|next| matches!(next, Link::Up { .. }));
+        match told.iter_mut().find(|(earlier, _)| *earlier == text) {
+            Some((_, times)) => *times += 1,
+            None => told.push((text, 1)),
+        }
+    }
+    told.into_iter()
+        .map(|(text, times)| if times > 1 { format!("{text} ({times} times)") } else { text })
+        .collect()
 }

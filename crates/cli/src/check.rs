@@ -75,11 +75,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     opened.announce(target, Deed::Changes);
     confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
     let told = opened.serve(target, |master| look_and_check(master, target));
-    opened.close()?;
-    let view = told?;
-    arguments.output.print(&view)?;
-    let pending = view.before.error_bit || view.after.error_bit;
-    Ok(if view.check.is_good() && !pending { Answer::Yes } else { Answer::No })
+    opened.report(arguments.output, told, |view| {
+        let pending = view.before.error_bit || view.after.error_bit;
+        if view.check.is_good() && !pending { Answer::Yes } else { Answer::No }
+    })
 }
 
 fn look_and_check<S: Services<Error = MasterError>>(

@@ -10,6 +10,7 @@ mod calculation;
 mod check;
 mod completions;
 mod decode;
+mod interrupt;
 mod log;
 mod memories;
 mod output;
@@ -18,6 +19,7 @@ mod probe;
 mod program;
 mod programming;
 mod read;
+mod release;
 mod replay;
 mod ring;
 mod scan;
@@ -57,7 +59,7 @@ macro_rules! commands {
 
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
-    Read read, Write write, Program program, Preset preset, Check check, Probe probe,
+    Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
     Watch watch, Log log, Scan scan, Ring ring,
     Completions completions,
 }

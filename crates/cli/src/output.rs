@@ -97,6 +97,16 @@ pub(crate) fn print<V: std::fmt::Display + serde::Serialize>(format: Format, vie
     out.flush()
 }
 
+/// Prints one JSON object.
+pub(crate) fn print_json<V: serde::Serialize>(view: &V) -> io::Result<()> {
+    use io::Write;
+    let mut page = serde_json::to_vec(view)?;
+    page.push(b'\n');
+    let mut out = io::stdout().lock();
+    out.write_all(&page)?;
+    out.flush()
+}
+
 /// A line on standard error; if that is closed there is nobody to tell.
 pub(crate) fn note(line: &str) {
     use io::Write;

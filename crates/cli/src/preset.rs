@@ -83,10 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
     let told = arguments.adjust(&mut opened, target);
-    opened.close()?;
-    let view = told?;
-    arguments.output.print(&view)?;
-    Ok(view.answer)
+    opened.report(arguments.output, told, |view| view.answer)
 }
 
 impl Arguments {

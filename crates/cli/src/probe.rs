@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments::Output;
-use crate::bus::stop_mark;
+use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure};
 
 /// Find the encoders of an unknown gateway: register, table and word order
@@ -98,7 +98,7 @@ impl fmt::Display for ProbeView {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let stop = stop_mark()?;
+    let stop = Interrupt::new()?.stop();
     let mut client = Client::new(arguments.address.clone())?;
     let limits = Reach { last: arguments.last, requests: arguments.requests, ..Reach::default() };
     let bar =

@@ -63,10 +63,7 @@ impl How {
         }
         opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
         let told = Programming { how: self, target, warnings: &warnings }.run(&mut opened, program);
-        opened.close()?;
-        let view = told?.warned(&warnings);
-        self.output.print(&view)?;
-        Ok(view.answer())
+        opened.report(self.output, told.map(|view| view.warned(&warnings)), ProgramView::answer)
     }
 }
 

@@ -133,10 +133,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     opened.announce(target, Deed::Reads);
     let told = opened.serve(target, |master| look(master, target, &wanted));
-    opened.close()?;
-    let view = told?;
-    arguments.output.print(&view)?;
-    Ok(view.answer())
+    opened.report(arguments.output, told, ReadView::answer)
 }
 
 fn look<S: Services<Error = MasterError>>(

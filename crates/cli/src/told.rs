@@ -124,7 +124,7 @@ impl fmt::Display for StatusView {
 /// A service that failed.
 #[derive(Serialize)]
 pub(crate) struct FailureView {
-    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master`, `no_bus`, `error_pending` or `unreadable`.
+    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master`, `no_bus`, `misread`, `error_pending` or `unreadable`.
     pub(crate) kind: &'static str,
     /// The request's OUT word.
     pub(crate) out: Option<String>,
@@ -216,7 +216,9 @@ impl FailureView {
                     vec![format!("no answer to {}: {timed_out}", named(request)), known.to_owned()];
                 if waited_for == WaitedFor::Normal && timed_out.last.is_some_and(InWord::service_bit) {
                     text.push(
-                        "IN shows a reply that was not asked for here: is another master at work?".to_owned(),
+                        "IN shows what could be a reply, and was not asked for here: another master is at work, or \
+                         the halves of the words are exchanged; `encoring probe` tells, while the shaft turns"
+                            .to_owned(),
                     );
                 }
                 text.extend(behind.map(|error| format!("the bus said: {error}")));
@@ -264,12 +266,29 @@ impl FailureView {
                         ("another_master", Ends::Refused)
                     }
                     MasterError::Bus(BusError::NoEncoder { .. }) => ("no_bus", Ends::BadInput),
+                    MasterError::Misread { .. } => ("misread", Ends::NoAnswer),
                     MasterError::Interrupted => ("given_up", Ends::NoAnswer),
                     _ => ("no_bus", Ends::NoAnswer),
                 };
-                Self { text: vec![error.to_string()], ..blank(kind, ends) }
+                let mut text = vec![error.to_string()];
+                if let MasterError::OtherMaster { .. } = error {
+                    text.push(format!(
+                        "if no PLC works with this encoder, a command was ended before it could take the bit back: \
+                         `encoring release --at {}` shows it and clears it",
+                        target.position
+                    ));
+                }
+                Self { text, ..blank(kind, ends) }
             }
         }
+    }
+
+    /// The same with where the gateway is, if it is about the gateway.
+    pub(crate) fn at(mut self, place: &str) -> Self {
+        if let ("no_bus" | "misread", Some(first)) = (self.kind, self.text.first_mut()) {
+            *first = format!("{place}: {first}");
+        }
+        self
     }
 
     /// How the command ends that met it and has not printed it.

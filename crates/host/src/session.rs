@@ -17,18 +17,23 @@
 //!   data are those of the request [C12].
 //! - *Ending*: the service bit is 0 again, until IN bit 31 is.
 //! - *Clearing*: after a time-out the service bit is taken back, and for as long again a late reply may show up: an
-//!   encoder that has started a service finishes it [C42].
+//!   encoder that has started a service finishes it [C42]. It counts if it was seen twice, between two words with
+//!   IN bit 31 = 0.
 //!
 //! A late reply never answers the next request: as long as an earlier request may still be under way (at the start,
 //! and after a time-out) a reply must stand for the settling time, while an encoder shows a withdrawn one in a single
 //! cycle only.
+//!
+//! Eight or sixteen bits that happen to match are no reply: a position whose halves are exchanged runs through all of
+//! them. So a reply comes directly after a word with IN bit 31 = 0, but for one word that a gateway may have torn, and
+//! of a read nothing is said to be carried out unless bit 31 was seen 0 again.
 //!
 //! A word that may have left the ring before the present word was on OUT does not show that the encoder is free, and a
 //! reply that only looks as if it stood because the ring has stopped is none. Otherwise the age of a word does not matter:
 //! what a bus shows later it has not seen earlier, so a reply after a position, or a position after a reply, is new.
 
 use encoring_words::word::In;
-use encoring_words::{Duration, InWord, Instant, OutWord};
+use encoring_words::{Access, Duration, InWord, Instant, OutWord};
 
 use crate::request::{Reply, Request};
 use crate::seen::Seen;
@@ -152,17 +157,23 @@ impl core::fmt::Display for TimedOut {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(
             f,
-            "waited {} and {} polls for {}; {} polls brought a word",
-            self.time,
-            self.polls,
+            "waited {} for {}; {} of {} polls brought a word",
+            in_tenths(self.time),
             self.waited_for.name(),
-            self.answered
+            self.answered,
+            self.polls
         )?;
         match self.last {
             Some(last) => write!(f, ", the last was {last}"),
             None => Ok(()),
         }
     }
+}
+
+/// A time as people say it: in tenths of seconds, below one in milliseconds.
+fn in_tenths(span: Duration) -> Duration {
+    let unit = if span < Duration::from_millis(1_000) { 1_000_000 } else { 100_000_000 };
+    Duration::from_nanos(span.as_nanos() / unit * unit)
 }
 
 /// A service was to be started while another is under way.
@@ -180,6 +191,10 @@ pub struct Session {
     doubtful: bool,
     /// Bit 29 of the last word seen before the request.
     error_before: bool,
+    /// An earlier request was in doubt when the present one was taken back.
+    doubtful_before: bool,
+    /// Different words with IN bit 31 since one without it.
+    strangers: u32,
     wait: Wait,
     /// The last poll brought nothing.
     failed: bool,
@@ -201,7 +216,12 @@ pub enum SessionPhase {
         shown: Option<ShownReply>,
     },
     /// The reply was seen, and the service bit is taken back.
-    Ending(Reply),
+    Ending {
+        /// What was asked.
+        request: Request,
+        /// What came.
+        reply: Reply,
+    },
     /// The service bit is taken back without a reply.
     Clearing {
         /// Why.
@@ -210,6 +230,8 @@ pub enum SessionPhase {
         request: Request,
         /// What is known of it by now.
         fate: Fate,
+        /// A reply that has been seen and is not believed yet.
+        shown: Option<ShownReply>,
     },
 }
 
@@ -279,6 +301,8 @@ impl Session {
             out: OutWord::from(encoring_words::word::Out::Normal(standing.0)),
             doubtful: true,
             error_before: false,
+            doubtful_before: false,
+            strangers: 0,
             wait: Wait::default(),
             failed: false,
             last: None,
@@ -295,6 +319,12 @@ impl Session {
     #[must_use]
     pub const fn phase(&self) -> SessionPhase {
         self.phase
+    }
+
+    /// `true` while a request is out that must not be written a second time: see [`Request::moves_the_zero`].
+    #[must_use]
+    pub const fn is_unrepeatable(&self) -> bool {
+        matches!(self.phase, SessionPhase::Requesting { request, .. } if request.moves_the_zero())
     }
 
     /// When to poll again.
@@ -323,30 +353,58 @@ impl Session {
     /// [`Session::cycle`]. `false` if there is nothing to give up: the service ends by itself, and soon.
     pub fn give_up(&mut self, now: Instant) -> bool {
         match self.phase {
-            SessionPhase::Requesting { request, .. } => {
-                self.clear(now, WhyCleared::OnDemand, request, Fate::Unknown);
+            SessionPhase::Requesting { request, shown } => {
+                self.clear(now, WhyCleared::OnDemand, request, shown);
             }
             // Nothing was sent; the next call says so.
             SessionPhase::Preparing(request) => {
-                self.phase =
-                    SessionPhase::Clearing { ended: WhyCleared::OnDemand, request, fate: Fate::NotSent };
+                let (ended, fate) = (WhyCleared::OnDemand, Fate::NotSent);
+                self.phase = SessionPhase::Clearing { ended, request, fate, shown: None };
             }
-            SessionPhase::Resting | SessionPhase::Ending(_) | SessionPhase::Clearing { .. } => return false,
+            SessionPhase::Resting | SessionPhase::Ending { .. } | SessionPhase::Clearing { .. } => {
+                return false;
+            }
         }
         true
     }
 
+    /// The request was found not to stand on OUT any more, and must not be written a second time: it is taken back, and
+    /// whether it was carried out only a late reply can tell.
+    pub fn fell(&mut self, now: Instant) {
+        if let SessionPhase::Requesting { request, shown } = self.phase {
+            let timed_out = self.in_vain(now, WaitedFor::Acknowledgement, Fate::Unknown);
+            self.clear(now, WhyCleared::TimedOut(timed_out), request, shown);
+        }
+    }
+
+    /// Ends the present service at once, whatever may still come; `None` if there is none. The service bit may stand on
+    /// OUT then.
+    pub fn abandon(&mut self) -> Option<Outcome> {
+        let fate = match self.phase {
+            SessionPhase::Resting => return None,
+            SessionPhase::Preparing(_) => Fate::NotSent,
+            SessionPhase::Requesting { .. } | SessionPhase::Ending { .. } => Fate::Unknown,
+            SessionPhase::Clearing { fate, .. } => fate,
+        };
+        self.doubtful = true;
+        self.phase = SessionPhase::Resting;
+        Some(Outcome::GivenUp(GivenUp { fate }))
+    }
+
     /// After a poll of the bus: `seen` is what it brought, with the session's last word on OUT; `None` if it failed.
     /// Returns what OUT shall be for the next poll, and the outcome if the service came to its end.
+    ///
+    /// A gateway may have let its outputs fall while a poll failed. A request that moves the zero must then not be
+    /// written again: read OUT back, and if the request does not stand there call [`Session::fell`].
     pub fn cycle(&mut self, now: Instant, seen: Option<Seen>) -> (OutWord, Option<Outcome>) {
         let noted = self.note(now, seen);
         let outcome = match self.phase {
             SessionPhase::Resting => None,
             SessionPhase::Preparing(request) => self.prepare(now, request, noted),
             SessionPhase::Requesting { request, shown } => self.request(now, request, shown, noted),
-            SessionPhase::Ending(reply) => self.end(now, reply, noted),
-            SessionPhase::Clearing { ended, request, fate } => {
-                self.clearing(now, ended, request, fate, noted)
+            SessionPhase::Ending { request, reply } => self.end(now, request, reply, noted),
+            SessionPhase::Clearing { ended, request, fate, shown } => {
+                self.clearing(now, ended, request, fate, shown, noted)
             }
         };
         (self.out, outcome)
@@ -359,12 +417,20 @@ impl Session {
         let Seen { input, age } = seen?;
         self.wait.answered = self.wait.answered.saturating_add(1);
         self.wait.stands.get_or_insert(now);
+        self.strangers = match self.last {
+            _ if !input.service_bit() => 0,
+            Some(last) if last == input => self.strangers,
+            _ => self.strangers.saturating_add(1),
+        };
         self.last = Some(input);
         Some(Noted { input, left: Instant(now.as_nanos().saturating_sub(age.as_nanos())) })
     }
 
     fn prepare(&mut self, now: Instant, request: Request, noted: Option<Noted>) -> Option<Outcome> {
-        let free = noted.filter(|noted| noted.left >= self.wait.since && !noted.input.service_bit());
+        let free = noted.filter(|noted| {
+            let position = matches!(noted.input.decode(), In::Position { .. });
+            noted.left >= self.wait.since && position
+        });
         if let Some(Noted { input: shown, .. }) = free
             && self.settled(now, self.wait.stands, self.wait.answered)
         {
@@ -384,30 +450,38 @@ impl Session {
         shown: Option<ShownReply>,
         noted: Option<Noted>,
     ) -> Option<Outcome> {
-        // Written again to a gateway that has meanwhile let its outputs fall, the service bit would rise twice.
-        let lost = noted.is_none() && request.moves_the_zero();
-        let replied = noted.and_then(|noted| Some((request.answered_by(noted.input)?, noted.left)));
-        if let Some((reply, left)) = replied {
-            let shown = match shown {
-                Some(shown) if shown.reply == reply => {
-                    ShownReply { polls: shown.polls.saturating_add(1), ..shown }
-                }
-                _ => ShownReply { reply, since: now, polls: 0 },
-            };
-            if self.stands(now, left, shown) {
-                self.doubtful = false;
-                self.enter(now, SessionPhase::Ending(reply), request.rest());
-                return None;
-            }
-            self.phase = SessionPhase::Requesting { request, shown: Some(shown) };
-        } else if noted.is_some() {
-            self.phase = SessionPhase::Requesting { request, shown: None };
-        }
-        if lost || self.is_out_of_patience(now) {
-            let timed_out = self.in_vain(now, WaitedFor::Acknowledgement, Fate::Unknown);
-            self.clear(now, WhyCleared::TimedOut(timed_out), request, Fate::Unknown);
+        let shown = match noted {
+            Some(noted) => self.seen_again(now, request, shown, noted),
+            None => shown,
+        };
+        self.phase = SessionPhase::Requesting { request, shown };
+        if let (Some(shown), Some(Noted { left, .. })) = (shown, noted)
+            && self.stands(now, left, shown)
+        {
+            self.doubtful = false;
+            self.enter(now, SessionPhase::Ending { request, reply: shown.reply }, request.rest());
+        } else if self.is_out_of_patience(now) {
+            self.fell(now);
         }
         None
+    }
+
+    /// The reply that a word is, if it is one, and how often it has been seen by now. Behind the last word without bit 31
+    /// there may be one that was torn, and no other.
+    fn seen_again(
+        &self,
+        now: Instant,
+        request: Request,
+        shown: Option<ShownReply>,
+        noted: Noted,
+    ) -> Option<ShownReply> {
+        let reply = request.answered_by(noted.input).filter(|_| self.strangers <= 2)?;
+        Some(match shown {
+            Some(shown) if shown.reply == reply => {
+                ShownReply { polls: shown.polls.saturating_add(1), ..shown }
+            }
+            _ => ShownReply { reply, since: now, polls: 0 },
+        })
     }
 
     /// Whether a reply may be believed. A bus that does not show every cycle could have torn it, so there it must be
@@ -421,12 +495,17 @@ impl Session {
         shown.polls > 0 || self.timing.settle == Duration::ZERO
     }
 
-    fn end(&mut self, now: Instant, reply: Reply, noted: Option<Noted>) -> Option<Outcome> {
+    fn end(&mut self, now: Instant, request: Request, reply: Reply, noted: Option<Noted>) -> Option<Outcome> {
         if noted.is_some_and(|noted| !noted.input.service_bit()) {
             self.phase = SessionPhase::Resting;
             return Some(Outcome::Done { reply, error_before: self.error_before });
         }
-        let timed_out = self.timed_out(now, WaitedFor::End, Fate::CarriedOut(reply))?;
+        // A write's reply has all of its bits; the few of a read can be those of something else.
+        let fate = match request.access() {
+            Access::Write => Fate::CarriedOut(reply),
+            Access::Read => Fate::Unknown,
+        };
+        let timed_out = self.timed_out(now, WaitedFor::End, fate)?;
         self.doubtful = true;
         self.phase = SessionPhase::Resting;
         Some(Outcome::TimedOut(timed_out))
@@ -439,23 +518,23 @@ impl Session {
         ended: WhyCleared,
         request: Request,
         fate: Fate,
+        shown: Option<ShownReply>,
         noted: Option<Noted>,
     ) -> Option<Outcome> {
-        let late = match fate {
-            Fate::Unknown => noted.and_then(|noted| request.answered_by(noted.input)),
-            Fate::NotSent | Fate::CarriedOut(_) => None,
-        };
-        let fate = late.map_or(fate, Fate::CarriedOut);
-        let over = match fate {
-            Fate::NotSent => true,
-            Fate::Unknown => self.is_out_of_patience(now),
-            // Nothing more can come, so only the reply has to go.
-            Fate::CarriedOut(_) => {
-                noted.is_some_and(|noted| !noted.input.service_bit()) || self.is_out_of_patience(now)
+        let fate = match (shown, noted) {
+            (Some(shown), Some(Noted { input, left }))
+                if !input.service_bit() && self.was_late(left, shown) =>
+            {
+                Fate::CarriedOut(shown.reply)
             }
+            _ => fate,
         };
-        if !over {
-            self.phase = SessionPhase::Clearing { ended, request, fate };
+        if fate == Fate::Unknown && !self.is_out_of_patience(now) {
+            let shown = match noted {
+                Some(noted) => self.seen_again(now, request, shown, noted),
+                None => shown,
+            };
+            self.phase = SessionPhase::Clearing { ended, request, fate, shown };
             return None;
         }
         self.phase = SessionPhase::Resting;
@@ -465,9 +544,17 @@ impl Session {
         })
     }
 
-    fn clear(&mut self, now: Instant, ended: WhyCleared, request: Request, fate: Fate) {
-        self.doubtful = true;
-        self.enter(now, SessionPhase::Clearing { ended, request, fate }, request.rest());
+    /// Whether a reply that is over was one to this request: seen twice, and if it could be an earlier one's for as long
+    /// as that cannot be seen.
+    fn was_late(&self, left: Instant, shown: ShownReply) -> bool {
+        let polls = shown.polls > 0;
+        polls && (!self.doubtful_before || self.settled(left, Some(shown.since), shown.polls))
+    }
+
+    fn clear(&mut self, now: Instant, ended: WhyCleared, request: Request, shown: Option<ShownReply>) {
+        self.doubtful_before = core::mem::replace(&mut self.doubtful, true);
+        let fate = Fate::Unknown;
+        self.enter(now, SessionPhase::Clearing { ended, request, fate, shown }, request.rest());
     }
 
     fn enter(&mut self, now: Instant, phase: SessionPhase, out: OutWord) {

@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use std::io;
 use std::time::Duration as Span;
 
+use encoring_bus::misread::Misread;
 use encoring_bus::{Bus, BusError, Cause, Cycle, Link, LinkEvent, Settling};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use tokio::net::TcpStream;
@@ -17,7 +18,7 @@ use tokio_serial::SerialPortBuilderExt;
 use crate::address::{Address, Layout, Parity, StopBits, Way};
 use crate::error::ModbusError;
 use crate::inline::{Directory, MODULES_MAX};
-use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table};
+use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table, WordOrder};
 use crate::reconnect::Reconnect;
 
 mod difference;
@@ -171,6 +172,21 @@ impl Bus for Client {
     fn settling(&self) -> Settling {
         // The first cycle after a write may have read what stood there before.
         Settling { cycles: 2, time: self.core.address.settle }
+    }
+
+    fn cure(&self, misread: Misread) -> Option<String> {
+        let order = match self.core.address.order_in {
+            WordOrder::HighFirst => WordOrder::LowFirst,
+            WordOrder::LowFirst => WordOrder::HighFirst,
+        };
+        let halves = format!(
+            "order={order} in the address, or registers that begin one later or earlier (in=..); `encoring probe` tells which"
+        );
+        Some(match misread {
+            Misread::Halves => halves,
+            Misread::Bytes => "nothing in the address: set the byte order in the gateway".to_owned(),
+            Misread::HalvesAndBytes => format!("the byte order, set in the gateway, and {halves}"),
+        })
     }
 
     fn link_event(&mut self) -> Option<LinkEvent> {

@@ -38,7 +38,7 @@ pub(crate) struct Encoder {
     pub(crate) label: TypeLabel,
     /// How long to wait for each step of a handshake [default: 2s, or four time-outs of the address if that is longer]
     #[arg(long, value_name = "TIME", value_parser = span, global = true)]
-    patience: Option<Duration>,
+    pub(crate) patience: Option<Duration>,
 }
 
 /// Who says which model an encoder is.
@@ -87,20 +87,18 @@ impl Address {
 /// As long as a person waits for a step, and far longer than the slowest service takes.
 const PATIENCE_DEFAULT: Duration = Duration::from_millis(2_000);
 
-impl Encoder {
-    /// How long to wait for each step, if a lost answer costs as much as `timeout`.
-    pub(crate) fn patience(&self, timeout: Duration) -> Result<Duration, Failure> {
-        let times = |factor: u64| Duration::from_nanos(timeout.as_nanos().saturating_mul(factor));
-        match self.patience {
-            None => Ok(PATIENCE_DEFAULT.max(times(4))),
-            // One answer may be lost, and so may the one after it.
-            Some(given) if given < times(3) => Err(bad_input(format!(
-                "--patience {given}: less than three time-outs of {timeout}, so one lost answer would end the command; give \
-                 at least {}, or a shorter timeout_ms in the address",
-                times(3)
-            ))),
-            Some(given) => Ok(given),
-        }
+/// How long to wait for each step, if a lost answer costs as much as `timeout`.
+pub(crate) fn patience(given: Option<Duration>, timeout: Duration) -> Result<Duration, Failure> {
+    let times = |factor: u64| Duration::from_nanos(timeout.as_nanos().saturating_mul(factor));
+    match given {
+        None => Ok(PATIENCE_DEFAULT.max(times(4))),
+        // One answer may be lost, and so may the one after it.
+        Some(given) if given < times(3) => Err(bad_input(format!(
+            "--patience {given}: less than three time-outs of {timeout}, so one lost answer could end the command; give at \
+             least {}, or a shorter timeout_ms in the address",
+            times(3)
+        ))),
+        Some(given) => Ok(given),
     }
 }
 

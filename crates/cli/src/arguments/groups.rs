@@ -9,7 +9,7 @@ use encoring_words::model::Sensor;
 use encoring_words::{Duration, Model};
 
 use super::{model, native, span};
-use crate::output::{Failure, Format, bad_input, print};
+use crate::output::{Failure, Format, bad_input, print, print_json};
 
 /// How to print.
 #[derive(Args, Debug, Clone, Copy)]
@@ -20,6 +20,11 @@ pub(crate) struct Output {
 }
 
 impl Output {
+    /// Prints a report for programs.
+    pub(crate) fn json<V: serde::Serialize>(self, view: &V) -> io::Result<()> {
+        print_json(view)
+    }
+
     /// Prints a report.
     pub(crate) fn print<V: std::fmt::Display + serde::Serialize>(self, view: &V) -> io::Result<()> {
         print(self.format, view)

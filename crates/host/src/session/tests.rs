@@ -126,10 +126,44 @@ fn a_late_acknowledgement_that_comes_while_clearing_is_told() {
         assert_eq!(bench.poll(7), None);
     }
     assert_eq!(bench.out, OutWord(0x4200_270F), "the service bit is taken back");
+    let reply = Reply { data: 0x270F, error: false };
+    assert_eq!(bench.poll(7), None);
+    // Once is any word with these bits.
+    assert_eq!(bench.poll(0xC200_270F), None);
     assert_eq!(bench.poll(7), None);
     assert_eq!(bench.poll(0xC200_270F), None);
+    assert_eq!(bench.poll(0xC200_270F), None);
     let Some(Outcome::TimedOut(timed_out)) = bench.poll(7) else { panic!("over with the position") };
-    assert_eq!(timed_out.fate, Fate::CarriedOut(Reply { data: 0x270F, error: false }));
+    assert_eq!(timed_out.fate, Fate::CarriedOut(reply));
+}
+
+#[test]
+fn a_position_with_its_halves_exchanged_is_no_reply() {
+    // Each value stands for three polls, and all of bits 31..24 are gone through.
+    for patience in [20, 100_000] {
+        let mut bench = Bench::gateway();
+        bench.session.timing.patience = Duration(patience * MS);
+        bench.start(read());
+        let mut outcome = None;
+        for polls in 0..3 * 0x1_0000 {
+            let low = 0x7F00 + polls / 3;
+            outcome = bench.poll(u32::from(low as u16) << 16);
+            if outcome.is_some() {
+                break;
+            }
+        }
+        match outcome {
+            None => {}
+            Some(Outcome::TimedOut(timed_out)) => {
+                assert_ne!(
+                    timed_out.fate,
+                    Fate::CarriedOut(Reply { data: 0, error: false }),
+                    "{timed_out:?}"
+                );
+            }
+            other => panic!("{other:?}"),
+        }
+    }
 }
 
 // [R32, R33, R38]
@@ -258,8 +292,7 @@ fn each_time_out_says_what_it_waited_for_and_what_is_known() {
     assert_eq!((timed_out.waited_for, timed_out.fate), (WaitedFor::Normal, Fate::NotSent));
     assert_eq!(
         std::format!("{timed_out}"),
-        "waited 1 s and 1000 polls for IN bit 31 = 0 before the request; 1000 polls brought a word, the last was \
-         C3000001"
+        "waited 1 s for IN bit 31 = 0 before the request; 1000 of 1000 polls brought a word, the last was C3000001"
     );
     assert!(bench.put_out.iter().all(|out| !out.service_bit()), "nothing was sent");
 
@@ -289,26 +322,35 @@ fn a_bus_that_brings_nothing_ends_in_a_time_out_of_at_least_three_polls() {
 }
 
 #[test]
-fn a_preset_adjustment_is_taken_back_when_a_poll_fails() {
+fn a_request_that_fell_is_taken_back_and_its_fate_is_not_known() {
     let mut bench = Bench::direct();
     bench.start(preset());
     while !bench.out.service_bit() {
         bench.poll(5);
     }
+    assert!(bench.session.is_unrepeatable());
+    bench.poll_or_not(None);
+    assert!(bench.out.service_bit(), "a lost poll alone ends nothing");
+    bench.session.fell(bench.now);
     bench.poll_or_not(None);
     assert_eq!(bench.out, OutWord(0x4600_03E8), "it is not written a second time");
     let (_, outcome) = bench.poll_until(5, 4_000);
     let Outcome::TimedOut(timed_out) = outcome else { panic!("{outcome:?}") };
     assert_eq!(timed_out.fate, Fate::Unknown);
+}
 
-    // Any other service may go on: done twice it does the same.
+#[test]
+fn what_is_abandoned_ends_at_once() {
     let mut bench = Bench::direct();
+    assert_eq!(bench.session.abandon(), None);
+    bench.start(write(0x270F));
+    assert_eq!(bench.session.abandon(), Some(Outcome::GivenUp(GivenUp { fate: Fate::NotSent })));
     bench.start(write(0x270F));
     while !bench.out.service_bit() {
         bench.poll(5);
     }
-    bench.poll_or_not(None);
-    assert!(bench.out.service_bit());
+    assert_eq!(bench.session.abandon(), Some(Outcome::GivenUp(GivenUp { fate: Fate::Unknown })));
+    assert!(bench.session.is_resting());
 }
 
 #[test]
@@ -327,6 +369,7 @@ fn what_is_given_up_says_how_far_it_had_come() {
     bench.poll(5);
     assert!(!bench.out.service_bit());
     let reply = Reply { data: 0x270F, error: false };
+    bench.poll(0xC200_270F);
     bench.poll(0xC200_270F);
     assert_eq!(bench.poll(5), Some(Outcome::GivenUp(GivenUp { fate: Fate::CarriedOut(reply) })));
 }

@@ -7,6 +7,7 @@
 //! - motion: the low half of a position changes at least as often as the high one;
 //! - edges: a reading that is one register off leaves the first and the last register over.
 
+use encoring_bus::misread::can_be_sent;
 use encoring_ring::diagnostics::status::{self, DC_RESULT, QUALITY};
 use encoring_words::InWord;
 use encoring_words::word::In;
@@ -142,15 +143,6 @@ pub struct Weight {
     pub against: Option<u32>,
 }
 
-/// Whether an encoder can send this.
-fn possible(word: u32) -> bool {
-    match InWord(word).decode() {
-        In::Position { .. } => true,
-        In::Reply(fields) => !fields.reserve,
-        In::Foreign(_) => false,
-    }
-}
-
 /// Weighs the words at these offsets; `None` if there are none.
 #[must_use]
 pub fn weigh(block: &Readout, offsets: &[usize], order: WordOrder) -> Option<Weight> {
@@ -162,7 +154,7 @@ pub fn weigh(block: &Readout, offsets: &[usize], order: WordOrder) -> Option<Wei
         let mut reply = false;
         for word in block.words(*offset, order) {
             seen = true;
-            if !possible(word) {
+            if !can_be_sent(InWord(word)) {
                 weight.against.get_or_insert(word);
             }
             match InWord(word).decode() {

@@ -1,0 +1,120 @@
+//! `encoring release`: a service bit that was left on OUT.
+
+use std::fmt;
+
+use clap::Args;
+use encoring_bus::release::{Release, ReleaseError, STANDS_FOR, Standing};
+use encoring_bus::{Bus, BusError};
+use encoring_station::Speed;
+use serde::Serialize;
+
+use crate::arguments::bus::{BusArguments, patience};
+use crate::arguments::{Consent, Output};
+use crate::ask::confirmed;
+use crate::output::{Answer, Failure, bad_input};
+
+/// Take back a service bit that was left on an encoder's OUT word
+///
+/// A command that was killed, or whose gateway died, may leave bit 31 of OUT set. Then the encoder shows a reply or
+/// waits, and every other command refuses. This shows OUT and IN, watches both for two seconds, asks, reads OUT again
+/// and clears bit 31 only. If anything changes meanwhile a PLC is at work, and nothing is written.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 the bit is not set, any more or at all; 1 a master is at work, the
+answer was no, or the bit stays; 2 bad usage; 3 no answer.
+
+Examples:
+  encoring release --bus modbus-tcp://192.168.1.10 --at 2")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    ring: BusArguments,
+    /// Ring position of the encoder, from 0
+    #[arg(long, value_name = "POSITION")]
+    at: usize,
+    #[command(flatten)]
+    consent: Consent,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Serialize)]
+struct ReleaseView {
+    position: usize,
+    /// `not_needed` or `released`.
+    result: &'static str,
+    before: StandingView,
+    after: StandingView,
+}
+
+#[derive(Serialize)]
+struct StandingView {
+    out: String,
+    r#in: String,
+}
+
+impl From<Standing> for StandingView {
+    fn from(Standing { out, input }: Standing) -> Self {
+        Self { out: out.to_string(), r#in: input.to_string() }
+    }
+}
+
+impl fmt::Display for ReleaseView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { position, before, after, .. } = self;
+        writeln!(f, "position {position}: OUT {}, IN {}", before.out, before.r#in)?;
+        match self.result {
+            "released" => writeln!(f, "released: OUT {}, IN {}", after.out, after.r#in),
+            _ => writeln!(f, "the service bit is not set: nothing to release, nothing was written"),
+        }
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    arguments.ring.writing("release")?;
+    let mut opened = arguments.ring.open(Speed::Max)?;
+    let stop = opened.stop();
+    let patience = patience(None, opened.timeout())?;
+    let address = opened.place();
+    let mut release = Release::new(&mut *opened.bus, arguments.at, patience, &stop);
+    let told = arguments.release(&mut release, &address);
+    opened.close()?;
+    arguments.output.print(&told?)?;
+    Ok(Answer::Yes)
+}
+
+impl Arguments {
+    fn release<B: Bus + ?Sized>(
+        &self,
+        release: &mut Release<'_, B>,
+        address: &str,
+    ) -> Result<ReleaseView, Failure> {
+        let failure = |error: ReleaseError| match error {
+            ReleaseError::Bus(BusError::NoEncoder { .. }) => bad_input(format!("--at {}: {error}", self.at)),
+            ReleaseError::Bus(_) | ReleaseError::Interrupted => {
+                Failure::NoAnswer(format!("{address}: {error}"))
+            }
+            ReleaseError::InUse { .. } | ReleaseError::Stays { .. } => Failure::Refused(error.to_string()),
+        };
+        let position = self.at;
+        let before = release.look().map_err(failure)?;
+        if !before.out.service_bit() {
+            return Ok(ReleaseView {
+                position,
+                result: "not_needed",
+                before: before.into(),
+                after: before.into(),
+            });
+        }
+        release.watch(before).map_err(failure)?;
+        confirmed(
+            self.consent,
+            &format!(
+                "position {position}: OUT holds {} and IN {}, both unchanged for {STANDS_FOR}. Bit 31 of OUT shall be \
+                 cleared. No PLC may be working with this encoder.",
+                before.out, before.input
+            ),
+        )?;
+        let after = release.clear(before).map_err(failure)?;
+        Ok(ReleaseView { position, result: "released", before: before.into(), after: after.into() })
+    }
+}
