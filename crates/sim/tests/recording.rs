@@ -6,7 +6,7 @@ mod common;
 use std::collections::BTreeMap;
 
 use common::SERVICE_BIT;
-use encoring_encoder::{Magnet, ServiceTimes, Unit, ZeroLoss};
+use encoring_encoder::{Magnet, ServiceTimes, StaleService, Unit, ZeroLoss};
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::{CycleTime, Verdict};
 use encoring_sim::device_line::{from_device, to_device};
@@ -39,6 +39,9 @@ fn any_unit(chance: &mut impl Rng) -> Unit {
     }
     if chance.random_bool(0.3) {
         unit.zero_loss = ZeroLoss::WorstAllowed;
+    }
+    if chance.random_bool(0.3) {
+        unit.stale_service = StaleService::Executed;
     }
     unit
 }
