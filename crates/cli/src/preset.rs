@@ -5,10 +5,11 @@ use std::fmt;
 use clap::Args;
 use encoring_bus::BusError;
 use encoring_bus::master::MasterError;
-use encoring_host::preset::{Done, Preset, PresetReport};
+use encoring_host::preset::{Done, Preset, PresetReport, position};
 use encoring_host::service::check;
 use encoring_host::session::Fate;
 use encoring_words::InWord;
+use encoring_words::parameter::Code;
 use serde::Serialize;
 
 use crate::arguments;
@@ -141,11 +142,18 @@ impl Arguments {
 
     fn not_begun(&self, target: Target, failed: &Failed) -> PresetView {
         let failure = FailureView::new(failed, target, None);
+        // Whether it is in Gray code would have to be asked.
+        let shown = match failed {
+            Failed::ErrorPending { shown } if !target.model.position_may_be_gray() => {
+                position(*shown, Code::Binary)
+            }
+            _ => None,
+        };
         PresetView {
             target: TargetView::new(target),
             wanted: self.value,
-            before: None,
-            after: None,
+            before: shown,
+            after: shown,
             done: false,
             // Whatever it is, the encoder has an error pending because of it or before it.
             error_bit: true,

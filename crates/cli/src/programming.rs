@@ -83,7 +83,8 @@ impl Programming<'_> {
             return Ok(ProgramView::planned(target, &prepared, backup));
         }
         if needs_check(&prepared) {
-            confirmed(how.consent, &self.check_question())?;
+            let question = format!("{} It comes first: an error is pending.", self.check_question());
+            confirmed(how.consent, &question)?;
             prepared = opened.serve(target, |master| Ok(prepared.check(master)))?;
         }
         let mut backup = self.asked_backup(opened, &prepared)?;
