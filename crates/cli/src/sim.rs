@@ -23,7 +23,7 @@ use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace, State};
 use crate::memories::can_be_written;
-use crate::output::printer::Closing;
+use crate::output::printer::{Closing, READER_PATIENCE};
 use crate::output::{Answer, Failure, bad_input, note};
 use report::{Addresses, Report};
 
@@ -34,9 +34,6 @@ const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
-
-/// How long the last lines wait for their reader after a signal.
-const READER_PATIENCE: Real = Real::from_secs(1);
 
 const EXAMPLES: &str = "\
 Examples:

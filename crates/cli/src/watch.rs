@@ -7,6 +7,7 @@ mod seen;
 mod tests;
 
 use std::io::{self, IsTerminal, Write};
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use encoring_bus::watch::{Plan, Subject, Watch};
@@ -17,6 +18,7 @@ use serde::Serialize;
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output};
 use crate::bus::AnyBus;
+use crate::output::printer::Printer;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
@@ -79,7 +81,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
         live::run(watch, about, &quit)?
     } else {
-        Lines::new(about, arguments.output.format).run(watch)?
+        Lines::new(about, arguments.output.format)?.run(watch, &quit)?
     };
     opened.close()?;
     Ok(answer)
@@ -133,16 +135,17 @@ struct Ended {
 struct Lines {
     about: About,
     format: Format,
+    out: Printer,
     /// Of each encoder what was last told.
     told: Vec<Seen>,
 }
 
 impl Lines {
-    fn new(about: About, format: Format) -> Self {
-        Self { about, format, told: Vec::new() }
+    fn new(about: About, format: Format) -> io::Result<Self> {
+        Ok(Self { about, format, out: Printer::start(io::stdout(), format)?, told: Vec::new() })
     }
 
-    fn run(mut self, mut watched: Watched<'_>) -> io::Result<Answer> {
+    fn run(mut self, mut watched: Watched<'_>, quit: &AtomicBool) -> io::Result<Answer> {
         self.begin(watched.watch.subjects())?;
         let mut polls = 0;
         while let Some(update) = watched.poll() {
@@ -150,11 +153,12 @@ impl Lines {
             self.poll(update.seen, &update.news)?;
         }
         self.end(watched.watch.now().as_nanos(), polls)?;
+        self.out.close().wait(quit)?;
         Ok(looked(&watched.watch))
     }
 
-    fn begin(&self, subjects: &[Subject]) -> io::Result<()> {
-        let mut out = io::stdout().lock();
+    fn begin(&mut self, subjects: &[Subject]) -> io::Result<()> {
+        let mut out = Vec::new();
         match self.format {
             Format::Json => {
                 let line = Watching {
@@ -175,11 +179,12 @@ impl Lines {
                 )?;
             }
         }
-        out.flush()
+        self.out.print(String::from_utf8_lossy(&out).into_owned())
     }
 
     fn poll(&mut self, seen: Vec<Seen>, happened: &[News]) -> io::Result<()> {
-        let mut out = io::stdout().lock();
+        self.out.check()?;
+        let mut out = Vec::new();
         for event in happened {
             match self.format {
                 Format::Json => writeln!(out, "{}", serde_json::to_string(event)?)?,
@@ -211,18 +216,18 @@ impl Lines {
                 None => self.told.push(new),
             }
         }
-        out.flush()
+        self.out.print(String::from_utf8_lossy(&out).into_owned())
     }
 
-    fn end(&self, time_ns: u64, polls: u64) -> io::Result<()> {
-        let mut out = io::stdout().lock();
+    fn end(&mut self, time_ns: u64, polls: u64) -> io::Result<()> {
+        let mut out = Vec::new();
         match self.format {
             Format::Json => {
                 writeln!(out, "{}", serde_json::to_string(&Ended { event: "ended", time_ns, polls })?)?;
             }
             Format::Text => writeln!(out, "{polls} polls in {} s", seconds(time_ns))?,
         }
-        out.flush()
+        self.out.print(String::from_utf8_lossy(&out).into_owned())
     }
 }
 

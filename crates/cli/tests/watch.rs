@@ -403,3 +403,29 @@ fn failed_polls_are_rows_without_words() {
     let head = fs::read_to_string(&file).unwrap();
     assert!(head.contains("# encoder 2 ce-65-m cannot_judge=code+range+motion\n"), "{head}");
 }
+
+#[test]
+fn a_signal_ends_a_watch_whose_output_nobody_reads() {
+    let (reader, mut filler) = std::io::pipe().unwrap();
+    let mut program = Command::new(PROGRAM)
+        .args(["watch", "--bus", "sim", "--every", "10ms", "--format", "json"])
+        .stdout(filler.try_clone().unwrap())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::with_capacity(1, reader);
+    lines.read_line(&mut String::new()).unwrap();
+    let (half, is_half) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        for chunk in 0.. {
+            // From here on it takes less time than a signal.
+            if filler.write_all(&[b'\n'; 4096]).is_err() || chunk == 7 && half.send(()).is_err() {
+                break;
+            }
+        }
+    });
+    is_half.recv().unwrap();
+    let pid = program.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    assert_eq!(program.wait().unwrap().code(), Some(0));
+    drop(lines);
+}

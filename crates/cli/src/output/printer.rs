@@ -1,28 +1,39 @@
 //! Lines for a reader that may be slow, or gone: whoever prints never waits for it.
 
 use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use serde::Serialize;
+
+use super::Format;
 
 /// How many texts wait for their reader; beyond that they are counted instead.
 const TEXTS_WAITING: usize = 1_024;
+
+/// How long the last lines wait for their reader after a signal.
+pub(crate) const READER_PATIENCE: Duration = Duration::from_secs(1);
+
+/// How often is looked whether they were read.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
 
 /// Prints in a thread of its own.
 pub(crate) struct Printer {
     texts: SyncSender<String>,
     thread: Option<JoinHandle<io::Result<()>>>,
-    /// How a number of lost texts is told.
-    tell_lost: fn(u64) -> String,
+    format: Format,
     lost: u64,
 }
 
 impl Printer {
-    /// Prints to `sink`. As soon as there is room again, `tell_lost` says how many texts were not printed.
-    pub(crate) fn start(sink: impl Write + Send + 'static, tell_lost: fn(u64) -> String) -> io::Result<Self> {
+    /// Prints to `sink`. As soon as there is room again, a line says how many were not printed.
+    pub(crate) fn start(sink: impl Write + Send + 'static, format: Format) -> io::Result<Self> {
         let (texts, waiting) = sync_channel(TEXTS_WAITING);
         let thread =
             thread::Builder::new().name("printer".to_owned()).spawn(move || print(sink, &waiting))?;
-        Ok(Self { texts, thread: Some(thread), tell_lost, lost: 0 })
+        Ok(Self { texts, thread: Some(thread), format, lost: 0 })
     }
 
     /// Prints a text of whole lines, or counts it if too many wait already.
@@ -30,7 +41,7 @@ impl Printer {
     /// # Errors
     /// Why nothing can be printed any more: that of an earlier text.
     pub(crate) fn print(&mut self, text: String) -> io::Result<()> {
-        if self.lost > 0 && self.send((self.tell_lost)(self.lost))? {
+        if self.lost > 0 && self.send(lost(self.format, self.lost))? {
             self.lost = 0;
         }
         if self.lost > 0 || !self.send(text)? {
@@ -66,9 +77,25 @@ impl Printer {
     /// No more texts come. What waits is printed before the last call of [`Closing::is_done`] says so.
     pub(crate) fn close(mut self) -> Closing {
         if self.lost > 0 {
-            let _ = self.send((self.tell_lost)(self.lost));
+            let _ = self.send(lost(self.format, self.lost));
         }
         Closing(self.thread)
+    }
+}
+
+/// Lines that nobody read in time, for programs.
+#[derive(Serialize)]
+struct LinesLost {
+    event: &'static str,
+    lines: u64,
+}
+
+fn lost(format: Format, lines: u64) -> String {
+    match format {
+        Format::Text => format!("{lines} lines were not printed: nobody read them\n"),
+        Format::Json => {
+            serde_json::to_string(&LinesLost { event: "lines_lost", lines }).unwrap_or_default() + "\n"
+        }
     }
 }
 
@@ -79,6 +106,18 @@ impl Closing {
     /// `true` once everything is printed, or cannot be.
     pub(crate) fn is_done(&self) -> bool {
         self.0.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    /// Waits for the reader: as long as it takes, or a second more once `quit` is set.
+    pub(crate) fn wait(self, quit: &AtomicBool) -> io::Result<()> {
+        let mut patience = READER_PATIENCE;
+        while !self.is_done() && !patience.is_zero() {
+            thread::park_timeout(LOOK_EVERY);
+            if quit.load(Ordering::Relaxed) {
+                patience = patience.saturating_sub(LOOK_EVERY);
+            }
+        }
+        self.end()
     }
 
     /// How it ended; what nobody has read until now is left.
@@ -119,15 +158,11 @@ mod tests {
         }
     }
 
-    fn tell(lost: u64) -> String {
-        format!("{lost} lost\n")
-    }
-
     #[test]
     fn what_nobody_reads_is_counted_and_told_once_there_is_room() {
         let (read, reads) = channel();
         let seen = Arc::new(Mutex::new(Vec::new()));
-        let mut printer = Printer::start(Slow(reads, Arc::clone(&seen)), tell).unwrap();
+        let mut printer = Printer::start(Slow(reads, Arc::clone(&seen)), Format::Text).unwrap();
         // The thread may hold one more.
         for k in 0..TEXTS_WAITING + 10 {
             printer.print(format!("{k}\n")).unwrap();
@@ -150,14 +185,17 @@ mod tests {
         }
         closing.end().unwrap();
         let text = String::from_utf8(seen.lock().unwrap().clone()).unwrap();
-        assert!(text.ends_with(&format!("{lost} lost\nlast\n")), "{text:?}");
+        assert!(
+            text.ends_with(&format!("{lost} lines were not printed: nobody read them\nlast\n")),
+            "{text:?}"
+        );
     }
 
     #[test]
     fn a_reader_that_is_gone_is_an_error_of_the_next_text() {
         let (read, reads) = channel();
         drop(read);
-        let mut printer = Printer::start(Slow(reads, Arc::default()), tell).unwrap();
+        let mut printer = Printer::start(Slow(reads, Arc::default()), Format::Text).unwrap();
         let cause = loop {
             if let Err(cause) = printer.print("a\n".to_owned()) {
                 break cause;

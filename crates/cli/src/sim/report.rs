@@ -113,36 +113,17 @@ impl Served {
     }
 }
 
-/// Lines that nobody read in time, for programs.
-#[derive(Serialize)]
-struct LinesLost {
-    event: &'static str,
-    lines: u64,
-}
-
 fn json(line: &impl Serialize) -> io::Result<String> {
     Ok(serde_json::to_string(line)? + "\n")
 }
 
-fn lost_for_people(lines: u64) -> String {
-    format!("{lines} lines were not printed: nobody read them\n")
-}
-
-fn lost_for_programs(lines: u64) -> String {
-    json(&LinesLost { event: "lines_lost", lines }).unwrap_or_default()
-}
-
 impl Report {
     pub(super) fn new(format: Format, layout: RegisterMap, counters: Option<Duration>) -> io::Result<Self> {
-        let tell_lost = match format {
-            Format::Text => lost_for_people,
-            Format::Json => lost_for_programs,
-        };
         Ok(Self {
             format,
             layout,
-            out: Printer::start(io::stdout(), tell_lost)?,
-            err: Printer::start(io::stderr(), lost_for_people)?,
+            out: Printer::start(io::stdout(), format)?,
+            err: Printer::start(io::stderr(), Format::Text)?,
             next_event: 0,
             counters,
             next_counters_ns: counters.map_or(0, Duration::as_nanos),
