@@ -221,6 +221,8 @@ struct Search<'a, S, P> {
     limits: Reach,
     requests: u32,
     stage: Stage,
+    /// Registers of one request, as far as the gateway gives them; even.
+    chunk: u16,
 }
 
 fn search(
@@ -229,7 +231,8 @@ fn search(
     limits: Reach,
     progress: impl FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<Findings, ProbeError> {
-    let mut search = Search { source, progress, limits, requests: 0, stage: Stage::Looking };
+    let chunk = (address.max_registers / 2 * 2).min(CHUNK);
+    let mut search = Search { source, progress, limits, requests: 0, stage: Stage::Looking, chunk };
     let mut blocks = Vec::new();
     let mut couplers = Vec::new();
     let end = match search.run(&mut blocks, &mut couplers) {
@@ -256,7 +259,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             // What is nothing but zeros is not watched.
             for block in blocks.iter_mut().filter(|block| block.holds_something()) {
                 let mut values = Vec::with_capacity(block.count.into());
-                for (place, count) in pieces(block.place, block.count) {
+                for (place, count) in pieces(block.place, block.count, self.chunk) {
                     // A register that was there and is not any more ends the block's reading, not the search.
                     values.extend(self.read(place, count)?.unwrap_or_default());
                 }
@@ -287,7 +290,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
                 continue;
             }
             // A block that begins between two places that were looked at is followed back to its first register.
-            let back = unknown.max((usize::from(start) + 1).saturating_sub(CHUNK.into()));
+            let back = unknown.max((usize::from(start) + 1).saturating_sub(self.chunk.into()));
             let first = self.begin(place, back)?;
             let (values, sharp_end) = self.extend(RegisterPlace { table, first })?;
             let known_before =
@@ -325,7 +328,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
     }
 
     fn span(&self, from: usize, to: usize) -> u16 {
-        u16::try_from(to - from + 1).unwrap_or(CHUNK).min(CHUNK)
+        u16::try_from(to - from + 1).unwrap_or(CHUNK).min(self.chunk)
     }
 
     /// Reads a block from its first register on; `true` if its last was found, and not only the longest.
@@ -335,7 +338,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
         let longest = u16::try_from(room.min(BLOCK_MAX.into())).unwrap_or(BLOCK_MAX);
         while let Some(left) = longest.checked_sub(values.len() as u16).filter(|left| *left > 0) {
             let from = RegisterPlace { first: place.first + values.len() as u16, ..place };
-            let wanted = left.min(CHUNK);
+            let wanted = left.min(self.chunk);
             if let Some(read) = self.read(from, wanted)? {
                 values.extend(read);
                 continue;
@@ -351,7 +354,12 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
                 }
             }
             values.extend(found);
-            return Ok((values, true));
+            // A register that is there by itself was not missing: the gateway gives no more than that at a time.
+            let next = from.first.checked_add(yes).map(|first| RegisterPlace { first, ..from });
+            match next {
+                Some(next) if yes > 0 && self.read(next, 1)?.is_some() => self.chunk = (yes / 2 * 2).max(2),
+                _ => return Ok((values, true)),
+            }
         }
         Ok((values, u32::from(longest) == room))
     }
@@ -364,7 +372,7 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
             return Ok(None);
         }
         let mut described = Vec::new();
-        for (place, count) in pieces(RegisterPlace { table, first: MODULES + 1 }, count) {
+        for (place, count) in pieces(RegisterPlace { table, first: MODULES + 1 }, count, self.chunk) {
             let Some(read) = self.read(place, count)? else { return Ok(None) };
             described.extend(read);
         }
@@ -402,10 +410,10 @@ impl<S: Source, P: FnMut(Progress) -> ControlFlow<()>> Search<'_, S, P> {
 }
 
 /// The requests that read a block.
-fn pieces(place: RegisterPlace, count: u16) -> impl Iterator<Item = (RegisterPlace, u16)> {
-    (0..count).step_by(usize::from(CHUNK)).filter_map(move |offset| {
+fn pieces(place: RegisterPlace, count: u16, chunk: u16) -> impl Iterator<Item = (RegisterPlace, u16)> {
+    (0..count).step_by(usize::from(chunk.max(1))).filter_map(move |offset| {
         let first = place.first.checked_add(offset)?;
-        Some((RegisterPlace { first, ..place }, (count - offset).min(CHUNK)))
+        Some((RegisterPlace { first, ..place }, (count - offset).min(chunk)))
     })
 }
 
@@ -597,7 +605,11 @@ impl Display for Evidence {
             Self::Directory { modules } => write!(f, "a directory of {modules} modules at {MODULES}"),
             Self::SameAs(place) => write!(f, "the same words as at {place}"),
             Self::OutGuessed(first) => {
-                write!(f, "OUT words believed to be at holding:{first}, nothing was written")
+                write!(
+                    f,
+                    "OUT words believed to be at holding:{first}, nothing was written; their word order cannot be read, it is \
+                     taken to be the same (order_out)"
+                )
             }
             Self::OutUnknown => f.write_str("no registers for OUT words were found"),
         }
