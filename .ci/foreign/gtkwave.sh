@@ -42,9 +42,10 @@ SCENARIO
 
 passed=0
 check() {
-  local ring=$1 level=$2 time=$3
+  local ring=$1 time=$2
+  shift 2
   for format in vcd fst; do
-    "$program" sim "$ring.toml" --level "$level" --for "$time" --speed max --modbus off --record "ring.$format" >/dev/null
+    "$program" sim "$ring.toml" --for "$time" --speed max --modbus off --overwrite --record "ring.$format" "$@" >/dev/null
   done
   fst2vcd ring.fst >from-fst.vcd
   vcd2fst ring.vcd repacked.fst >/dev/null
@@ -53,8 +54,8 @@ check() {
   passed=$((passed + 1))
 }
 
-check calm bit 5s
-check calm word 5s
-check troubled bit 600ms
-check troubled word 600ms
+check calm 5s --lines
+check calm 5s
+check troubled 600ms --lines
+check troubled 600ms
 echo "gtkwave: $passed passed, 0 failed"

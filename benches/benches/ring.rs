@@ -1,6 +1,5 @@
 //! A virtual second of the ring, beside the second that the wire takes: sound slots as a whole, the same with every bit
-//! of them run, and the word level; faults are compiled in, none is set. Then worlds of the two levels, their encoders
-//! moving.
+//! of them run, and a world whose encoders move; faults are compiled in, none is set.
 //!
 //! Not a benchmark of divan: what counts is the ratio to the wire.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
@@ -10,7 +9,7 @@ use std::path::Path;
 use encoring_benches::scenario;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::profile::BIT_500K;
-use encoring_ring::{BitRing, CycleTime, EveryBit, Slave, Sound, Verdict, WordRing};
+use encoring_ring::{BitRing, CycleTime, EveryBit, Slave, Sound};
 use encoring_sim::fault::Segments;
 use encoring_sim::{Scenario, World};
 use encoring_words::{InWord, Instant, OutWord};
@@ -18,39 +17,28 @@ use encoring_words::{InWord, Instant, OutWord};
 const ROUNDS: usize = 7;
 
 /// About so many devices are cycled in a round.
-const DEVICE_CYCLES: [u64; 3] = [30_000_000, 400_000, 30_000_000];
+const DEVICE_CYCLES: [u64; 2] = [30_000_000, 400_000];
 
 fn main() {
     println!("times real time, best of {ROUNDS} rounds");
-    println!("encoders   cycles/s on the wire   sound slots   every bit   words   sound slots / words");
+    println!("encoders   cycles/s on the wire   sound slots   every bit   world");
     for encoders in [1, 3, 16, 128] {
         let cycle = CycleTime::default().of_encoders(encoders as u32).as_nanos();
         let mut best = [0.0_f64; 3];
         for _ in 0..ROUNDS {
-            let ratios = [whole(encoders, cycle), every_bit(encoders, cycle), words(encoders, cycle)];
+            let ratios = [whole(encoders, cycle), every_bit(encoders, cycle), world(encoders)];
             for (best, ratio) in best.iter_mut().zip(ratios) {
                 *best = best.max(ratio);
             }
         }
-        let [whole, bits, words] = best;
+        let [whole, bits, world] = best;
         let wire = 1_000_000_000 / cycle;
-        println!("{encoders:>8} {wire:>22} {whole:>13.0} {bits:>11.0} {words:>7.0} {:>21.2}", whole / words);
-    }
-    println!("encoders   world, sound slots   world, words   sound slots / words");
-    for encoders in [1, 3, 16, 128] {
-        let mut best = [0.0_f64; 2];
-        for _ in 0..ROUNDS {
-            for (best, level) in best.iter_mut().zip(["bit", "word"]) {
-                *best = best.max(world(encoders, level));
-            }
-        }
-        let [whole, words] = best;
-        println!("{encoders:>8} {whole:>20.0} {words:>14.0} {:>21.2}", whole / words);
+        println!("{encoders:>8} {wire:>22} {whole:>13.0} {bits:>11.0} {world:>7.0}");
     }
 }
 
-fn world(encoders: usize, level: &str) -> f64 {
-    let text = scenario(encoders).replacen('\n', &format!("\n[ring]\nlevel = \"{level}\"\n"), 1);
+fn world(encoders: usize) -> f64 {
+    let text = scenario(encoders);
     let mut world = World::new(&Scenario::parse("bench", &text, Path::new("")).unwrap()).unwrap();
     let mut words = Words::of(encoders);
     let cycles = DEVICE_CYCLES[1] / encoders as u64;
@@ -122,16 +110,5 @@ fn every_bit(encoders: usize, cycle: u64) -> f64 {
         ring.cycle(now, &words.out, &mut words.input, &words.answers, &mut EveryBit(&mut segments));
     });
     assert_eq!((ring.master().counts().cycles, ring.master().counts().faulty), (cycles, 0));
-    ratio
-}
-
-fn words(encoders: usize, cycle: u64) -> f64 {
-    let (mut ring, mut words) = (WordRing::default(), Words::of(encoders));
-    let cycles = DEVICE_CYCLES[2] / encoders as u64;
-    let ratio = ratio(cycles, cycle, |now| {
-        words.turn(now);
-        ring.cycle(now, &words.out, &mut words.input, &words.answers, Verdict::Good);
-    });
-    assert_eq!(ring.counts().cycles, cycles);
     ratio
 }

@@ -19,8 +19,8 @@ use view::ScanView;
 
 /// List the devices of a ring: identification, length, words, lamps, and where the ring ends
 ///
-/// A simulated ring is opened device by device with ID cycles, at bit level whatever the scenario says, after what
-/// happens in its first cycle. An Inline coupler is asked for its directory. A plain Modbus gateway cannot tell.
+/// A simulated ring is opened device by device with ID cycles, after what happens in its first cycle. An Inline coupler
+/// is asked for its directory. A plain Modbus gateway cannot tell.
 /// Nothing is written to any encoder.
 #[derive(Args, Debug)]
 #[command(after_help = "\
@@ -43,7 +43,6 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let address = arguments.place.get()?;
     if let Some(mut scenario) = simulated_ring(address)? {
-        scenario.level = encoring_sim::Level::Bit;
         fault::add(&arguments.faults, &mut scenario)?;
         let found = scan(&scenario).map_err(bad_input)?;
         arguments.output.print(&ScanView::of_ring(address, &found))?;

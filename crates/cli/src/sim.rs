@@ -1,5 +1,6 @@
 //! `encoring sim`: a ring of encoders that runs until it is stopped, reached over Modbus TCP.
 
+use std::convert::Infallible;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
@@ -11,9 +12,10 @@ use clap::Args;
 use encoring_encoder::Unit;
 use encoring_files::Existing;
 use encoring_modbus::{RegisterMap, ServerCounts, WordOrder};
-use encoring_sim::scenario::BUILT_IN;
-use encoring_sim::{Level, Scenario, World};
+use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
+use encoring_sim::{Scenario, Shown, World};
 use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
+use encoring_trace::wave::Format as WaveFormat;
 use encoring_words::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use tokio::net::TcpListener;
@@ -41,10 +43,10 @@ Examples:
   encoring sim --example > ring.toml              a scenario to start from
   encoring sim ring.toml --state memories         encoders that remember
   encoring sim --for 10s --speed max --record ring.csv --modbus off
-  encoring sim --level bit --for 50ms --speed max --record ring.vcd --modbus off && gtkwave ring.vcd
+  encoring sim --for 50ms --speed max --record ring.vcd --lines --modbus off && gtkwave ring.vcd
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
-  encoring sim --level bit --fault silent:2@5s+1s    a broken cable, searched and found
+  encoring sim --fault silent:2@5s+1s             a broken cable, searched and found
 
 ";
 
@@ -88,19 +90,21 @@ pub(crate) struct Arguments {
     lasting: Lasting,
     #[command(flatten)]
     pace: Pace,
-    /// How the ring is simulated, in place of what the scenario says: all words of a cycle at once, or every bit on
-    /// every segment.
-    #[arg(long, value_name = "word|bit", value_parser = level)]
-    level: Option<Level>,
+    /// Told why there is none.
+    #[arg(long, hide = true, value_parser = level)]
+    level: Option<Infallible>,
     #[command(flatten)]
     faults: Faults,
     /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
-    /// signals over time for GTKWave: at bit level every line bit of every segment.
+    /// signals over time for GTKWave: words, lamps and what the master says, once a cycle.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
     /// Lets the recording take the place of a file that is there, once it is whole.
     #[arg(long, requires = "record")]
     overwrite: bool,
+    /// Draws every line bit of every segment and what every chip does with it into the .vcd or .fst, too.
+    #[arg(long, requires = "record")]
+    lines: bool,
     /// Tells the counters each time so much has passed on the ring, as fast as it can be told: 10, 1m.
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
@@ -111,12 +115,8 @@ pub(crate) struct Arguments {
     output: Output,
 }
 
-fn level(text: &str) -> Result<Level, &'static str> {
-    match text {
-        "word" => Ok(Level::Word),
-        "bit" => Ok(Level::Bit),
-        _ => Err("the levels are word and bit"),
-    }
+fn level(_: &str) -> Result<Infallible, &'static str> {
+    Err(NO_LEVEL)
 }
 
 /// An address to listen on; `None` for `off`.
@@ -153,7 +153,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         None => Scenario::built_in(),
     };
     let mut scenario = scenario.map_err(bad_input)?;
-    scenario.level = arguments.level.unwrap_or(scenario.level);
     fault::add(&arguments.faults, &mut scenario)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(simulate(arguments, &scenario))
@@ -291,7 +290,7 @@ impl Arguments {
     /// Begins the recording, if there shall be one.
     fn record(&self, world: &mut World) -> Result<Option<(RecordingFile, Recorder)>, Failure> {
         let Some(file) = &self.record else { return Ok(None) };
-        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world)
+        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world, self.shown())
             .map_err(|cause| refused(file, &cause.to_string()))?;
         if let Some(remains) = recording.remains() {
             note(&format!(
@@ -303,6 +302,10 @@ impl Arguments {
         Ok(Some((recording, recorder)))
     }
 
+    const fn shown(&self) -> Shown {
+        if self.lines { Shown::Lines } else { Shown::Words }
+    }
+
     const fn existing(&self) -> Existing {
         if self.overwrite { Existing::Replaced } else { Existing::Kept }
     }
@@ -310,6 +313,9 @@ impl Arguments {
     /// Refuses a recording that could not be finished, or whose end would cost something else.
     fn recordable(&self) -> Result<(), Failure> {
         let Some(file) = &self.record else { return Ok(()) };
+        if self.lines && WaveFormat::of(file).is_none() {
+            return Err(refused(file, "a trace has no lines; with --lines name a .vcd or .fst"));
+        }
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));
         if !folder.is_dir() {

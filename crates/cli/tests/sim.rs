@@ -207,15 +207,14 @@ fn last_time(text: &str) -> u64 {
 #[test]
 fn the_ending_of_a_recording_chooses_what_is_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    let record = |file: &str, level: &str| {
-        let arguments =
-            ["--level", level, "--modbus", "off", "--for", "50ms", "--speed", "max", "--record", file];
-        let output = run(folder.path(), &[&["sim"][..], &arguments].concat());
+    let record = |file: &str, more: &[&str]| {
+        let arguments = ["sim", "--modbus", "off", "--for", "50ms", "--speed", "max", "--record", file];
+        let output = run(folder.path(), &[&arguments[..], more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         assert!(!folder.path().join(format!("{file}.partial")).exists());
         fs::read(folder.path().join(file)).unwrap()
     };
-    let bits = String::from_utf8(record("bits.vcd", "bit")).unwrap();
+    let bits = String::from_utf8(record("bits.vcd", &["--lines"])).unwrap();
     assert!(bits.starts_with("$version encoring "), "{}", &bits[..80]);
     assert!(bits.contains("\n$timescale 100 ns $end\n"));
     for signal in ["wire 1 ( segment_0 $end", "wire 1 + segment_3 $end", "wire 32 : in [31:0] $end"] {
@@ -225,25 +224,28 @@ fn the_ending_of_a_recording_chooses_what_is_recorded() {
     // What is on its way then is drawn behind the devices that delay it.
     let end = last_time(&bits);
     assert!((500_980..=501_200).contains(&end), "{end}");
-    assert_eq!(bits.as_bytes(), record("again.vcd", "bit"), "the same run, the same recording");
+    assert_eq!(bits.as_bytes(), record("again.vcd", &["--lines"]), "the same run, the same recording");
 
-    let words = String::from_utf8(record("words.VCD", "word")).unwrap();
-    assert!(words.contains(" out_service $end\n") && !words.contains("segment_0"));
+    let words = String::from_utf8(record("words.VCD", &[])).unwrap();
+    assert!(words.contains(" out_service $end\n") && words.contains(" parameter [15:0] $end\n"));
+    assert!(!words.contains("segment_0"));
     assert_eq!(last_time(&words), 500_980);
 
-    let packed = record("bits.fst", "bit");
+    let packed = record("bits.fst", &["--lines"]);
     assert!(packed.len() < bits.len() / 10);
-    assert_eq!(packed, record("again.fst", "bit"));
+    assert_eq!(packed, record("again.fst", &["--lines"]));
     for other in ["ring.csv", "ring"] {
-        assert!(record(other, "bit").starts_with(b"# encoring-trace 1\n"));
+        assert!(record(other, &[]).starts_with(b"# encoring-trace 1\n"));
     }
+    let said = refused(folder.path(), &["sim", "--modbus", "off", "--lines", "--record", "no.csv"]);
+    assert_eq!(said, "error: --record no.csv: a trace has no lines; with --lines name a .vcd or .fst\n");
 }
 
 #[test]
 fn a_signal_leaves_a_whole_waveform() {
     let folder = tempfile::tempdir().unwrap();
     for file in ["ring.vcd", "ring.fst"] {
-        let sim = Sim::start(folder.path(), &["--level", "bit", "--record", file]);
+        let sim = Sim::start(folder.path(), &["--lines", "--record", file]);
         let partial = folder.path().join(format!("{file}.partial"));
         assert!(partial.exists() && !folder.path().join(file).exists());
         let mut client = sim.connect("modbus");
@@ -312,23 +314,21 @@ fn holding(client: &mut TcpStream, first: u16, count: u8) -> Vec<u16> {
 
 #[test]
 fn a_fault_of_the_line_is_seen_in_the_diagnostic_registers_and_counted_while_the_ring_runs() {
-    for level in ["word", "bit"] {
-        let sim = Sim::start(Path::new("."), &["--level", level, "--control", "127.0.0.1:0"]);
-        let mut client = sim.connect("modbus");
-        let mut control = sim.connect("control");
-        assert_eq!(holding(&mut client, 900, 6), [0x00E0, 0, 0, 0, 0, 0], "{level}");
-        writeln!(control, r#"{{"verb":"line","segment":2,"fault":"silent"}}"#).unwrap();
-        // READY, DETECT, BUS and DC_RESULT; the interface of device 2.
-        while holding(&mut client, 900, 2) != [0x1094, 0x0280] {}
-        let faults = holding(&mut client, 902, 4);
-        assert!(faults[2] >= 5 && [faults[0], faults[1], faults[3]] == [0; 3], "{level}: {faults:?}");
-        writeln!(control, r#"{{"verb":"line","fault":"none"}}"#).unwrap();
-        while holding(&mut client, 900, 2) != [0x00E0, 0] {}
-        let faults = holding(&mut client, 902, 4);
-        let last = sim.end("-TERM");
-        assert_eq!(last["segment_faults"], serde_json::json!(faults), "{level}");
-        assert_eq!(last["faulty_cycles"].as_u64() == Some(faults[2].into()), level == "word");
-    }
+    let sim = Sim::start(Path::new("."), &["--control", "127.0.0.1:0"]);
+    let mut client = sim.connect("modbus");
+    let mut control = sim.connect("control");
+    assert_eq!(holding(&mut client, 900, 6), [0x00E0, 0, 0, 0, 0, 0]);
+    writeln!(control, r#"{{"verb":"line","segment":2,"fault":"silent"}}"#).unwrap();
+    // READY, DETECT, BUS and DC_RESULT; the interface of device 2.
+    while holding(&mut client, 900, 2) != [0x1094, 0x0280] {}
+    let faults = holding(&mut client, 902, 4);
+    assert!(faults[2] >= 5 && [faults[0], faults[1], faults[3]] == [0; 3], "{faults:?}");
+    writeln!(control, r#"{{"verb":"line","fault":"none"}}"#).unwrap();
+    while holding(&mut client, 900, 2) != [0x00E0, 0] {}
+    let faults = holding(&mut client, 902, 4);
+    let last = sim.end("-TERM");
+    assert_eq!(last["segment_faults"], serde_json::json!(faults));
+    assert!(last["faulty_cycles"].as_u64().unwrap() > faults[2].into(), "a search is none of data");
 }
 
 #[test]
@@ -434,12 +434,14 @@ fn what_happens_on_the_ring_is_told_while_it_runs() {
     assert_eq!(
         lines,
         [
-            "5.093 ms: the ring is silent from segment 1 on",
-            "6.482 ms: the ring is whole again",
+            "5.093 ms: the ring is silent from segment 0 on",
+            "6.482 ms: bad check words on segment 0",
+            "7.408 ms: the ring is whole again",
             "10.186 ms: bad check words on segment 0",
-            "stopped after 20.372 ms on the ring: 44 cycles, 26 faulty, 0 dropped",
-            "faulty cycles on segment 0: 23",
-            "faulty cycles on segment 1: 3",
+            "12.501 ms: the bus is stopped, the master looks for the fault",
+            "12.964 ms: the master found: telegrams are bad on segment 0, behind the master (parameter 0100)",
+            "stopped after 20.372 ms on the ring: 44 cycles, 28 faulty, 0 dropped",
+            "faulty cycles on segment 0: 7",
         ]
     );
 }
@@ -456,7 +458,7 @@ fn told(arguments: &str) -> Vec<String> {
 #[test]
 fn a_broken_cable_is_searched_and_its_place_told() {
     assert_eq!(
-        told("--for 400ms --level bit --fault silent:2@100ms+200ms"),
+        told("--for 400ms --fault silent:2@100ms+200ms"),
         [
             "100.196 ms: bad check words on segment 2",
             "102.904 ms: the bus is stopped, the master looks for the fault",
@@ -471,7 +473,7 @@ fn a_broken_cable_is_searched_and_its_place_told() {
 
 #[test]
 fn a_search_is_told_to_programs_too() {
-    let common = ["sim", "--modbus", "off", "--speed", "max", "--format", "json", "--level", "bit"];
+    let common = ["sim", "--modbus", "off", "--speed", "max", "--format", "json"];
     let arguments = [&common[..], &["--for", "300ms", "--fault", "jumper:0@50ms"]].concat();
     let output = run(Path::new("."), &arguments);
     let lines: Vec<serde_json::Value> = String::from_utf8(output.stdout)
@@ -488,17 +490,17 @@ fn a_search_is_told_to_programs_too() {
 }
 
 #[test]
-fn faults_of_devices_end_with_their_time_at_word_level_too() {
+fn faults_of_devices_end_with_their_time() {
     assert_eq!(
-        told("--for 40ms --fault chip:1@10ms+10ms --fault bad:0@30ms+1ms"),
+        told("--for 120ms --fault chip:1@10ms+10ms --fault bad:0@90ms+1ms"),
         [
-            "10.832 ms: the ring is silent from segment 2 on",
-            "20.987 ms: the ring is whole again",
-            "30.465 ms: bad check words on segment 0",
-            "31.819 ms: the ring is whole again",
-            "stopped after 40.62 ms on the ring: 60 cycles, 17 faulty, 0 dropped",
-            "faulty cycles on segment 0: 2",
-            "faulty cycles on segment 2: 15",
+            "10.832 ms: the ring is silent from segment 1 on",
+            "13.54 ms: the bus is stopped, the master looks for the fault",
+            "42.651 ms: the ring is whole again",
+            "90.041 ms: bad check words on segment 0",
+            "92.072 ms: the ring is whole again",
+            "stopped after 120.506 ms on the ring: 178 cycles, 50 faulty, 0 dropped",
+            "faulty cycles on segment 0: 3",
         ]
     );
 }
@@ -506,8 +508,7 @@ fn faults_of_devices_end_with_their_time_at_word_level_too() {
 #[test]
 fn a_fault_that_cannot_be_is_refused_with_what_is_allowed() {
     for (faults, message) in [
-        (&["low:1"][..], "--fault low:1: the word level does not have it; give --level bit"),
-        (&["bad:4"], "--fault bad:4: segment 4; the segments are 0 to 3"),
+        (&["bad:4"][..], "--fault bad:4: segment 4; the segments are 0 to 3"),
         (&["supply:3"], "--fault supply:3: position 3; the positions are 0 to 2"),
         (
             &["bad:1", "silent:2@1"],
@@ -517,6 +518,10 @@ fn a_fault_that_cannot_be_is_refused_with_what_is_allowed() {
         let faults = faults.iter().flat_map(|fault| ["--fault", fault]);
         let arguments: Vec<&str> = ["sim", "--modbus", "off"].into_iter().chain(faults).collect();
         assert_eq!(refused(Path::new("."), &arguments), format!("error: {message}\n"));
+    }
+    for level in ["word", "bit"] {
+        let said = refused(Path::new("."), &["sim", "--level", level]);
+        assert!(said.contains("there is one kind of ring now"), "{said}");
     }
     let said = refused(Path::new("."), &["sim", "--fault", "cut:1"]);
     assert!(

@@ -8,7 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use encoring_ring::Ident;
-use encoring_ring::bit_level::Lines;
+use encoring_ring::Lines;
 use encoring_ring::telegram::Bits;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -18,8 +18,7 @@ use serde::{Deserialize, Deserializer};
 use crate::gaps::Gaps;
 pub use crate::gaps::PER_MILLION;
 
-/// What a ring can suffer, on a segment or at a device. Chances are per million line bits; at word level a cycle is bad
-/// with the chance that its bits have together.
+/// What a ring can suffer, on a segment or at a device. Chances are per million line bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// Every cycle fails its check on the segment: one bit of its frame turns over.
@@ -44,7 +43,7 @@ pub enum Fault {
     Chip,
     /// The jumper for the next device is missing [R137].
     Jumper,
-    /// It shows another identification word. The word level knows none.
+    /// It shows another identification word.
     Ident(Ident),
 }
 
@@ -151,32 +150,6 @@ impl Fault {
     fn named(name: &str) -> Result<Self, String> {
         let unknown = || format!("kind \"{name}\"; the kinds are {}", Self::forms(|_| true));
         KINDS.into_iter().find(|fault| fault.name() == name).ok_or_else(unknown)
-    }
-
-    fn chance(mut self) -> Option<u32> {
-        match self.value() {
-            Value::Chance(chance) => Some(*chance),
-            Value::Nothing | Value::Ident(_) => None,
-        }
-    }
-
-    /// Whether the word level would not show it as it was asked for.
-    #[must_use]
-    pub const fn needs_bits(self) -> bool {
-        !matches!(self, Self::Bad | Self::Silent | Self::Supply | Self::Chip | Self::Jumper)
-    }
-
-    /// A line that does not move carries nothing.
-    pub(crate) const fn silences(self) -> bool {
-        matches!(self, Self::Silent | Self::Low | Self::High)
-    }
-
-    /// Whether it hits a cycle of so many bits, at word level.
-    pub(crate) fn spoils(self, bits: u64, draws: &mut impl RngExt) -> bool {
-        match self.chance() {
-            Some(chance) => draws.random_range(0..u64::from(PER_MILLION)) < bits * u64::from(chance),
-            None => self.hits_each_frame(),
-        }
     }
 
     /// Whether one bit of each frame turns over, and none by itself.

@@ -16,14 +16,13 @@ pub mod span;
 pub mod state;
 mod tap;
 pub mod waveform;
-pub mod wire;
+mod wire;
 pub mod world;
 
 pub use encoring_device::Surroundings;
 pub use fault::Fault;
 pub use memory::{CellFault, Eeprom};
 pub use node::Node;
-pub use scenario::{Level, Occurrence, Scenario, ScenarioError};
-pub use waveform::Waveform;
-pub use wire::Wire;
+pub use scenario::{Occurrence, Scenario, ScenarioError};
+pub use waveform::{Shown, Waveform};
 pub use world::{Cycled, World};

@@ -7,7 +7,7 @@ use encoring_ring::profile::BUS_ACTIVE_FOR;
 use encoring_ring::{Ident, TooManyEncoders};
 use encoring_words::{Duration, InWord, OutWord};
 
-use crate::scenario::{Level, Scenario};
+use crate::scenario::Scenario;
 use crate::world::World;
 
 /// What a device whose place is settled costs the master at the most, in slots: ID cycles that are repeated.
@@ -38,15 +38,13 @@ pub struct Scan {
     pub took: Duration,
 }
 
-/// Opens the ring of a scenario with ID cycles, always at bit level, after what happens to it in its first cycle. The
+/// Opens the ring of a scenario with ID cycles, after what happens to it in its first cycle. The
 /// master knows that every device is to be an encoder; it ends where it cannot go on, at the first attempt.
 ///
 /// # Errors
 /// [`TooManyEncoders`] above 128.
 pub fn scan(scenario: &Scenario) -> Result<Scan, TooManyEncoders> {
-    let mut scenario = scenario.clone();
-    scenario.level = Level::Bit;
-    let mut world = World::new(&scenario)?;
+    let mut world = World::new(scenario)?;
     let encoders = scenario.devices.len();
     let (out, mut input) = (vec![OutWord(0); encoders], vec![InWord(0); encoders]);
     world.cycle(&out, &mut input);
@@ -63,27 +61,23 @@ pub fn scan(scenario: &Scenario) -> Result<Scan, TooManyEncoders> {
     let mut place = None;
     while world.now() < latest {
         place = world.cycle(&out, &mut input).place;
-        if place.is_some() || world.ring().master().is_none_or(|master| master.state() == State::Run) {
+        if place.is_some() || world.ring().master().state() == State::Run {
             break;
         }
     }
     let took = world.now().since(began);
     // What ends the search is told before the master begins again.
-    let told = world.ring().master().map(|master| (master.status(), master.parameter(), master.other()));
-    let (mut status, mut parameter, other) = told.unwrap_or_default();
-    let found = world
-        .ring()
-        .master()
-        .map(|master| (0..encoders).map_while(|position| master.found(position)).collect::<Vec<_>>());
+    let master = world.ring().master();
+    let (mut status, mut parameter, other) = (master.status(), master.parameter(), master.other());
+    let found = (0..encoders).map_while(|position| master.found(position)).collect();
     if place.is_none() {
         for _ in 0..CYCLES_AFTER {
             place = world.cycle(&out, &mut input).place;
         }
-        if let Some(master) = world.ring().master() {
-            (status, parameter) = (master.status(), master.parameter());
-        }
+        let master = world.ring().master();
+        (status, parameter) = (master.status(), master.parameter());
     }
-    Ok(Scan { world, found: found.unwrap_or_default(), place, other, status, parameter, took })
+    Ok(Scan { world, found, place, other, status, parameter, took })
 }
 
 impl Scan {

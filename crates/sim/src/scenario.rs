@@ -11,7 +11,6 @@ use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
-use serde::Deserialize;
 
 use crate::fault::Fault;
 use crate::memory::CellFault;
@@ -44,6 +43,9 @@ pub const VOLTS_MAX: f64 = 1_000.0;
 /// The longest time in a scenario, in seconds: some 31 years.
 pub const SECONDS_MAX: f64 = 1e9;
 
+/// Why a ring is not told its level, as older scenarios did.
+pub const NO_LEVEL: &str = "there is one kind of ring now, with a master that searches: it runs every bit where one can matter; leave this out";
+
 /// The fastest even speed, in steps or micrometres a second.
 pub const PER_S_MAX: f64 = 1e9;
 
@@ -54,8 +56,6 @@ pub struct Scenario {
     pub seed: u64,
     /// What the cycle time depends on.
     pub cycle_time: CycleTime,
-    /// How the ring is simulated.
-    pub level: Level,
     /// Data cycles in a million that fail on a segment picked by chance.
     pub faulty_per_million: u32,
     /// The encoders, by ring position.
@@ -103,17 +103,6 @@ pub enum Happening {
     },
 }
 
-/// How the ring is simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    /// All words of a cycle at once.
-    #[default]
-    Word,
-    /// Every bit on every segment.
-    Bit,
-}
-
 /// One change to what surrounds an encoder, or to its memory.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Change {
@@ -140,7 +129,7 @@ pub enum Change {
     Chip(Chip),
     /// The jumper in the outgoing plug is there or missing [R137].
     Jumper(Jumper),
-    /// The chip shows another identification word. The word level knows none.
+    /// The chip shows another identification word.
     Ident(Ident),
 }
 
@@ -213,8 +202,8 @@ impl Scenario {
             let problem = format!("version {}; this program reads version 1", table.version);
             return Err(Wrong::at("version", problem));
         }
-        let (cycle_time, faulty_per_million, level) = match &table.ring {
-            None => (CycleTime::default(), 0, Level::Word),
+        let (cycle_time, faulty_per_million) = match &table.ring {
+            None => (CycleTime::default(), 0),
             Some(ring) => ring.read().map_err(|wrong| wrong.inside("ring"))?,
         };
         let mut files = MotionFiles::beside(beside);
@@ -226,7 +215,7 @@ impl Scenario {
         }
         // Stable: events at the same time happen in the order of the file.
         events.sort_by_key(|event| event.at);
-        Ok(Self { seed: table.seed, cycle_time, level, faulty_per_million, devices, events })
+        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events })
     }
 }
 

@@ -1,7 +1,7 @@
 //! Looks on while bits go around the ring.
 
+use encoring_ring::Lines;
 use encoring_ring::Slave;
-use encoring_ring::bit_level::Lines;
 use encoring_ring::frame::Outgoing;
 use encoring_ring::profile::{DEVICE_DELAY_BITS, IDLE};
 use encoring_ring::slave::{Lamps, Phase};

@@ -1,11 +1,11 @@
-//! A world as a waveform: what an oscilloscope with a channel on every segment and every chip would have drawn.
+//! A world as a waveform: words, verdicts, lamps and the master once a cycle, or also what an oscilloscope with a channel
+//! on every segment and every chip would have drawn.
 //!
-//! At bit level a recording holds every line bit of every segment, as it arrives behind whatever troubles the segment,
-//! what every chip does with it, and the master's state and registers. The word level has no line: a recording of it
-//! holds words, verdicts and lamps, once a cycle. What the signals are is in `docs/waveforms.md`.
+//! With the lines a recording holds every line bit of every segment, as it arrives behind whatever troubles the segment,
+//! and what every chip does with it. What the signals are is in `docs/waveforms.md`.
 //!
 //! The ring moves all delay to the master's end of the line. Here every device delays by the bits of [A4], so that
-//! each segment and chip is drawn when it would be seen. Time at bit level is that of the line: a cycle ends with the
+//! each segment and chip is drawn when it would be seen. Time with the lines is that of the line: a cycle ends with the
 //! last telegram that began in it, up to four bits later than the cycle time says.
 
 use std::io;
@@ -44,12 +44,22 @@ fn verdict_codes(verdict: Verdict) -> (Value, Value) {
     (Value::Bits(code), segment)
 }
 
+/// What a waveform shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Words, verdicts, lamps and the master, once a cycle.
+    Words,
+    /// Also every bit of every segment and what every chip does with it. Every bit has to run for it.
+    Lines,
+}
+
 /// A waveform of a world, under way.
 pub struct Waveform<W: Sink> {
     writer: WaveWriter<W>,
     verdict: Id,
     segment: Id,
-    master: Option<MasterSignals>,
+    master: MasterSignals,
+    shown: Shown,
     encoders: Vec<EncoderSignals>,
     /// In order of time, up to what is written.
     waiting: Vec<Change>,
@@ -70,7 +80,7 @@ struct MasterSignals {
 struct EncoderSignals {
     input: Id,
     in_service: Id,
-    /// Only at word level; the bit level has them from the chip, at the bit at which they change.
+    /// With the lines they come from the chip, at the bit at which they change.
     chip: Option<ChipSignals>,
 }
 
@@ -91,7 +101,7 @@ fn in_values(answer: Option<InWord>) -> [Value; 2] {
 }
 
 fn add_chip(signals: &mut Signals, world: &World, position: usize) -> ChipSignals {
-    let [out, out_service] = out_values(world.ring().out_word(position, world.now()));
+    let [out, out_service] = out_values(world.ring().out_word(position));
     ChipSignals {
         out: signals.add("out", 32, out),
         out_service: signals.add("out_service", 1, out_service),
@@ -141,14 +151,17 @@ impl<W: Sink> Waveform<W> {
     ///
     /// # Errors
     /// Those of the sink.
-    pub fn new(format: Format, sink: W, writer: &str, world: &mut World) -> io::Result<Self> {
+    pub fn new(format: Format, sink: W, writer: &str, world: &mut World, shown: Shown) -> io::Result<Self> {
         let mut signals = Signals::new("encoring");
         NOTES.into_iter().for_each(|note| signals.note(note));
         signals.scope("cycle");
         let verdict = signals.add("verdict", 2, Value::Bits(0));
         let segment = signals.add("segment", 8, Value::Unknown);
-        let master = world.ring().master().map(|master| add_master(&mut signals, master));
-        let mut tap = world.line_bit().map(Tap::new);
+        let master = add_master(&mut signals, world.ring().master());
+        let mut tap = match shown {
+            Shown::Words => None,
+            Shown::Lines => Some(Tap::new(world.line_bit())),
+        };
         if let Some(tap) = &mut tap {
             tap.add_lines(&mut signals, world.places().len());
         }
@@ -156,7 +169,7 @@ impl<W: Sink> Waveform<W> {
         for position in 0..world.places().len() {
             signals.scope(format!("encoder_{position}"));
             let [input, in_service] = in_values(world.answer(position));
-            let chip = match (&mut tap, world.ring().bits().and_then(|ring| ring.slaves().get(position))) {
+            let chip = match (&mut tap, world.ring().slaves().get(position)) {
                 (Some(tap), Some(slave)) => {
                     tap.add_chip(&mut signals, slave);
                     None
@@ -170,8 +183,10 @@ impl<W: Sink> Waveform<W> {
             });
         }
         let writer = WaveWriter::new(format, sink, writer, &signals)?;
-        world.set_tap(tap);
-        Ok(Self { writer, verdict, segment, master, encoders, waiting: Vec::new(), ended: 0 })
+        if let Some(tap) = tap {
+            world.set_tap(tap);
+        }
+        Ok(Self { writer, verdict, segment, master, shown, encoders, waiting: Vec::new(), ended: 0 })
     }
 
     /// Takes a cycle that has just run.
@@ -179,21 +194,24 @@ impl<W: Sink> Waveform<W> {
     /// # Errors
     /// Those of the sink.
     pub fn cycled(&mut self, world: &mut World, cycled: &Cycled) -> io::Result<()> {
-        let at = world.line_time().unwrap_or(cycled.at).as_nanos() / UNIT_NS;
+        let at = match self.shown {
+            Shown::Words => cycled.at,
+            Shown::Lines => world.line_time(),
+        };
+        let at = at.as_nanos() / UNIT_NS;
         let mut show = |id, value| self.waiting.push(Change { at, id, value });
         let (verdict, segment) = verdict_codes(cycled.verdict);
         show(self.verdict, verdict);
         show(self.segment, segment);
-        if let (Some(ids), Some(master)) = (self.master, world.ring().master()) {
-            let ids = [ids.state, ids.search, ids.devices, ids.status, ids.parameter];
-            ids.into_iter().zip(master_values(master)).for_each(|(id, value)| show(id, value));
-        }
+        let MasterSignals { state, search, devices, status, parameter } = self.master;
+        let ids = [state, search, devices, status, parameter];
+        ids.into_iter().zip(master_values(world.ring().master())).for_each(|(id, value)| show(id, value));
         for (position, encoder) in self.encoders.iter().enumerate() {
             let [input, in_service] = in_values(world.answer(position));
             show(encoder.input, input);
             show(encoder.in_service, in_service);
             let Some(chip) = encoder.chip else { continue };
-            let [out, out_service] = out_values(world.ring().out_word(position, world.now()));
+            let [out, out_service] = out_values(world.ring().out_word(position));
             show(chip.out, out);
             show(chip.out_service, out_service);
             let mut ids = chip.lamps.into_iter();

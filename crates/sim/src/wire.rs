@@ -1,41 +1,40 @@
-//! The ring of a world, at the level that was chosen.
+//! The ring of a world: its master, its chips, and the segments with what happens to them.
 
-use encoring_ring::bit_level::Sound;
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::{Condition, Jumper};
-use encoring_ring::{BitRing, CycleTime, Ident, Master, ProcessImage, Slave, Taken, Verdict, WordRing};
+use encoring_ring::{BitRing, CycleTime, EveryBit, Ident, Slave, Sound, Taken, Verdict};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::fault::{Fault, Segments};
-use crate::scenario::Level;
 use crate::tap::{Tap, Tapped};
 
 /// Slots beyond one a device in which a sound ring is open at the latest: the first silence, and some to spare.
 const SLOTS_TO_OPEN: usize = 1_000;
 
-/// A ring at one of the two levels.
+/// A ring with what happens to its segments.
 #[derive(Clone, Debug)]
-pub enum Wire {
-    /// All words of a cycle at once.
-    Word(Box<WordRing>),
-    /// Every bit on every segment.
-    Bit(Box<BitWire>),
-}
-
-/// A ring at bit level with what happens to its segments.
-#[derive(Clone, Debug)]
-pub struct BitWire {
+pub(crate) struct Wire {
     ring: BitRing<Vec<Slave>>,
     segments: Segments,
     bit: Duration,
     trouble: Option<Trouble>,
     chance: Pcg64Mcg,
-    /// Who looks on.
-    pub(crate) tap: Option<Tap>,
+    looks: Looks,
+}
+
+/// Who looks on at the bits.
+#[derive(Clone, Debug)]
+enum Looks {
+    /// Nobody: they run only where one can matter.
+    Nobody,
+    /// A test, which wants every bit to run.
+    Test,
+    /// A recording.
+    Tap(Box<Tap>),
 }
 
 /// A trouble of one segment.
@@ -48,154 +47,80 @@ pub(crate) struct Trouble {
 }
 
 impl Wire {
-    /// A ring of so many encoders. At bit level it has been opened when time begins.
-    pub(crate) fn new(level: Level, encoders: usize, cycle_time: &CycleTime, seed: u64) -> Self {
-        match level {
-            Level::Word => Self::Word(Box::default()),
-            Level::Bit => {
-                let bit = cycle_time.bit;
-                let slaves = (0..encoders).map(|_| Slave::new(ENCODER, bit)).collect();
-                let mut ring = BitRing::new(slaves, bit);
-                // So many encoders fit on a ring, or the world had been refused.
-                let _ = ring.bring_up(&mut Sound, encoders + SLOTS_TO_OPEN);
-                ring.begin_time();
-                let segments = Segments::new(encoders, seed);
-                let chance = Pcg64Mcg::seed_from_u64(!seed);
-                Self::Bit(Box::new(BitWire { ring, segments, bit, trouble: None, chance, tap: None }))
-            }
-        }
+    /// A ring of so many encoders, opened when time begins.
+    pub(crate) fn new(encoders: usize, cycle_time: &CycleTime, seed: u64) -> Self {
+        let bit = cycle_time.bit;
+        let slaves = (0..encoders).map(|_| Slave::new(ENCODER, bit)).collect();
+        let mut ring = BitRing::new(slaves, bit);
+        // So many encoders fit on a ring, or the world had been refused.
+        let _ = ring.bring_up(&mut Sound, encoders + SLOTS_TO_OPEN);
+        ring.begin_time();
+        let segments = Segments::new(encoders, seed);
+        let chance = Pcg64Mcg::seed_from_u64(!seed);
+        Self { ring, segments, bit, trouble: None, chance, looks: Looks::Nobody }
     }
 
-    /// The least time of a cycle. At bit level the telegrams, the delays of whole bits [A4] and the status telegrams
-    /// before each frame [A5] must fit into it, however short the master's software time is.
-    pub(crate) fn shortest_cycle(&self) -> Duration {
-        match self {
-            Self::Word(_) => Duration::ZERO,
-            Self::Bit(wire) => wire.ring.shortest(),
-        }
+    /// The ring itself.
+    pub(crate) const fn ring(&self) -> &BitRing<Vec<Slave>> {
+        &self.ring
     }
 
-    /// The OUT word that the device at `position` holds at `now`. The bit level knows the present only.
-    #[must_use]
-    pub fn out_word(&self, position: usize, now: Instant) -> OutWord {
-        self.taken(position, now).shown()
+    /// What the chip at `position` held at `at`, a time of the last slot, and how often it was reset.
+    pub(crate) fn taken(&self, position: usize, at: Instant) -> Taken {
+        self.ring.taken_at(position, at)
     }
 
-    /// What the chip at `position` holds at `now`, and how often it was reset. The bit level knows the present only.
-    pub(crate) fn taken(&self, position: usize, now: Instant) -> Taken {
-        match self {
-            Self::Word(ring) => ring.taken(position, now),
-            Self::Bit(wire) => wire.ring.taken(position),
-        }
-    }
-
-    /// The lamp BA [R139].
-    #[must_use]
-    pub fn bus_active(&self, position: usize, now: Instant) -> bool {
-        match self {
-            Self::Word(ring) => ring.bus_active(position, now),
-            Self::Bit(wire) => wire.ring.lamps(position).is_some_and(|lamps| lamps.ba),
-        }
-    }
-
-    /// The lamp RC [R139].
-    #[must_use]
-    pub fn incoming_connected(&self, position: usize, now: Instant) -> bool {
-        match self {
-            Self::Word(ring) => ring.incoming_connected(position, now),
-            Self::Bit(wire) => wire.ring.lamps(position).is_some_and(|lamps| lamps.rc),
-        }
-    }
-
-    /// The lamp RD: the outgoing bus is switched off [R139]. At word level it is so in reset and at the last device.
-    #[must_use]
-    pub fn outgoing_off(&self, position: usize, now: Instant, encoders: usize) -> bool {
-        match self {
-            Self::Word(ring) => !ring.incoming_connected(position, now) || position + 1 == encoders,
-            Self::Bit(wire) => wire.ring.lamps(position).is_some_and(|lamps| lamps.rd),
-        }
-    }
-
-    /// The master; the word level has none.
-    #[must_use]
-    pub const fn master(&self) -> Option<&Master> {
-        match self {
-            Self::Word(_) => None,
-            Self::Bit(wire) => Some(wire.ring.master()),
-        }
-    }
-
-    /// Puts the diagnostic registers into a process image. The word level has no master: it says what one would.
-    pub fn diagnose(&self, image: &mut ProcessImage) {
-        match self {
-            Self::Word(ring) => image.diagnose(ring.status(), ring.parameter(), ring.counts().segments()),
-            Self::Bit(wire) => {
-                let master = wire.ring.master();
-                image.diagnose(master.status(), master.parameter(), master.counts().segments());
-            }
-        }
-    }
-
-    /// The ring at bit level, if it is one.
-    #[must_use]
-    pub const fn bits(&self) -> Option<&BitRing<Vec<Slave>>> {
-        match self {
-            Self::Word(_) => None,
-            Self::Bit(wire) => Some(&wire.ring),
-        }
-    }
-
-    /// The master opens the ring anew with ID cycles, as far as it can. The word level has nothing to open.
+    /// The master opens the ring anew with ID cycles, as far as it can.
     pub(crate) fn open_anew(&mut self) {
-        if let Self::Bit(wire) = self {
-            let master = wire.ring.master_mut();
-            master.activate();
-            // It was activated a moment ago.
-            let _ = master.start();
-        }
+        let master = self.ring.master_mut();
+        master.activate();
+        // It was activated a moment ago.
+        let _ = master.start();
     }
 
-    /// The master sends nothing any more. The word level goes on.
+    /// The master sends nothing any more.
     pub(crate) fn stop(&mut self) {
-        if let Self::Bit(wire) = self {
-            wire.ring.master_mut().alarm_stop();
-        }
-    }
-
-    /// A device that lost its supply has forgotten what it took.
-    pub(crate) fn power_off(&mut self, position: usize) {
-        match self {
-            Self::Word(ring) => ring.power_off(position),
-            Self::Bit(wire) => wire.set_condition(position, Condition::Off),
-        }
-    }
-
-    /// A chip whose reset input is held forgets too.
-    pub(crate) fn hold(&mut self, position: usize) {
-        match self {
-            Self::Word(ring) => ring.hold(position),
-            Self::Bit(wire) => wire.set_condition(position, Condition::Held),
-        }
+        self.ring.master_mut().alarm_stop();
     }
 
     pub(crate) fn set_jumper(&mut self, position: usize, jumper: Jumper) {
-        if let Self::Bit(wire) = self
-            && let Some(slave) = wire.ring.slaves_mut().get_mut(position)
-        {
+        if let Some(slave) = self.ring.slaves_mut().get_mut(position) {
             slave.set_jumper(jumper);
         }
     }
 
     pub(crate) fn set_ident(&mut self, position: usize, ident: Ident) {
-        if let Self::Bit(wire) = self
-            && let Some(slave) = wire.ring.slaves_mut().get_mut(position)
-        {
+        if let Some(slave) = self.ring.slaves_mut().get_mut(position) {
             slave.set_ident(ident);
         }
     }
-}
 
-impl BitWire {
+    /// Every bit runs from now on.
+    pub(crate) fn run_every_bit(&mut self) {
+        if let Looks::Nobody = self.looks {
+            self.looks = Looks::Test;
+        }
+    }
+
+    /// Who looks on from now on.
+    pub(crate) fn set_tap(&mut self, tap: Tap) {
+        self.looks = Looks::Tap(Box::new(tap));
+    }
+
+    /// A recording is over.
+    pub(crate) fn end_tap(&mut self) {
+        if let Looks::Tap(_) = self.looks {
+            self.looks = Looks::Nobody;
+        }
+    }
+
+    pub(crate) const fn tap_mut(&mut self) -> Option<&mut Tap> {
+        match &mut self.looks {
+            Looks::Nobody | Looks::Test => None,
+            Looks::Tap(tap) => Some(tap),
+        }
+    }
+
     /// How long a line bit is.
     pub(crate) const fn bit(&self) -> Duration {
         self.bit
@@ -248,9 +173,10 @@ impl BitWire {
             }
         }
         let (ring, segments) = (&mut self.ring, &mut self.segments);
-        let cycled = match &mut self.tap {
-            None => ring.cycle(now, out, input, answers, segments),
-            Some(tap) => ring.cycle(now, out, input, answers, &mut Tapped { segments, tap }),
+        let cycled = match &mut self.looks {
+            Looks::Nobody => ring.cycle(now, out, input, answers, segments),
+            Looks::Test => ring.cycle(now, out, input, answers, &mut EveryBit(segments)),
+            Looks::Tap(tap) => ring.cycle(now, out, input, answers, &mut Tapped { segments, tap }),
         };
         (cycled.verdict, cycled.place)
     }

@@ -3,16 +3,14 @@
 use encoring_device::{OFF_BELOW_MV, Surroundings};
 use encoring_encoder::Terminals;
 use encoring_ring::diagnostics::FaultPlace;
-use encoring_ring::frame::frame_bits;
-use encoring_ring::profile::ENCODER_BYTES;
-use encoring_ring::slave::{Condition, Jumper, Lamps};
-use encoring_ring::{ENCODERS_MAX, TooManyEncoders, Verdict};
+use encoring_ring::slave::{Condition, Lamps};
+use encoring_ring::{BitRing, ENCODERS_MAX, ProcessImage, Slave, TooManyEncoders, Verdict};
 use encoring_trace::{Input, Row};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::fault::Fault;
+use crate::fault::{Fault, PER_MILLION};
 use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::Node;
@@ -25,7 +23,7 @@ use crate::wire::{Trouble, Wire};
 pub struct World {
     now: Instant,
     cycle_time: Duration,
-    ring: Wire,
+    wire: Wire,
     places: Vec<Place>,
     /// What each device loads at the start of the next cycle.
     answers: Vec<Option<InWord>>,
@@ -34,8 +32,6 @@ pub struct World {
     line: Option<Trouble>,
     faulty_per_million: u32,
     chance: Pcg64Mcg,
-    /// Of the faults that only the bit level has in full.
-    line_chance: Pcg64Mcg,
     recorded: Option<Vec<Row>>,
 }
 
@@ -53,7 +49,6 @@ pub struct Place {
     /// The supply failed since the last cycle, even if it is back.
     dipped: bool,
     chip: Chip,
-    jumper: Jumper,
 }
 
 /// Where the ring is with an event.
@@ -65,15 +60,6 @@ enum Stage {
     Due,
 }
 
-/// What is known of a cycle before it runs.
-#[derive(Clone, Copy, Debug)]
-struct Planned {
-    /// How it goes at word level.
-    verdict: Verdict,
-    /// A segment on which chance alone hits it.
-    hit: Option<usize>,
-}
-
 /// A cycle of the ring, as it went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Cycled {
@@ -81,7 +67,7 @@ pub struct Cycled {
     pub at: Instant,
     /// How it went.
     pub verdict: Verdict,
-    /// Where the master sees the ring at fault; the word level does not look for it.
+    /// Where the master sees the ring at fault.
     pub place: Option<FaultPlace>,
 }
 
@@ -97,11 +83,11 @@ impl World {
         }
         let places =
             scenario.devices.iter().map(|device| Place::new(Node::new(device.unit), device.motion.clone()));
-        let ring = Wire::new(scenario.level, encoders, &scenario.cycle_time, scenario.seed);
+        let wire = Wire::new(encoders, &scenario.cycle_time, scenario.seed);
         Ok(Self {
             now: Instant::ZERO,
-            cycle_time: scenario.cycle_time.of_encoders(encoders as u32).max(ring.shortest_cycle()),
-            ring,
+            cycle_time: scenario.cycle_time.of_encoders(encoders as u32).max(wire.ring().shortest()),
+            wire,
             places: places.collect(),
             answers: vec![None; encoders],
             events: scenario.events.clone(),
@@ -109,7 +95,6 @@ impl World {
             line: None,
             faulty_per_million: scenario.faulty_per_million,
             chance: Pcg64Mcg::seed_from_u64(scenario.seed),
-            line_chance: Pcg64Mcg::seed_from_u64(scenario.seed.rotate_left(32)),
             recorded: None,
         })
     }
@@ -130,7 +115,7 @@ impl World {
     /// Keeps nothing more that is recorded, neither exchanges nor a waveform's signals.
     pub fn end_recording(&mut self) {
         self.recorded = None;
-        self.set_tap(None);
+        self.wire.end_tap();
     }
 
     /// Hands out the exchanges since the last call, in order of time, and forgets them.
@@ -161,23 +146,24 @@ impl World {
         &self.places
     }
 
-    /// What the ring knows of its devices.
+    /// The ring: its master and its chips.
     #[must_use]
-    pub const fn ring(&self) -> &Wire {
-        &self.ring
+    pub const fn ring(&self) -> &BitRing<Vec<Slave>> {
+        self.wire.ring()
+    }
+
+    /// Puts the master's diagnostic registers into a process image.
+    pub fn diagnose(&self, image: &mut ProcessImage) {
+        let master = self.ring().master();
+        image.diagnose(master.status(), master.parameter(), master.counts().segments());
     }
 
     /// The lamps of the encoder at a position; `None` past the last one. The manual of the CE-65-M shows them [R139].
     #[must_use]
     pub fn lamps(&self, position: usize) -> Option<Lamps> {
         let u = self.places.get(position)?.is_supplied();
-        let connected = self.ring.incoming_connected(position, self.now);
-        Some(Lamps {
-            u,
-            ba: u && self.ring.bus_active(position, self.now),
-            rc: u && connected,
-            rd: u && self.ring.outgoing_off(position, self.now, self.places.len()),
-        })
+        let Lamps { ba, rc, rd, .. } = self.ring().lamps(position)?;
+        Some(Lamps { u, ba: u && ba, rc: u && rc, rd: u && rd })
     }
 
     /// What the encoder at a position loads at the start of the next cycle.
@@ -185,45 +171,39 @@ impl World {
         self.answers.get(position).copied().flatten()
     }
 
-    /// How long a line bit is, at bit level.
-    pub(crate) fn line_bit(&self) -> Option<Duration> {
-        match &self.ring {
-            Wire::Word(_) => None,
-            Wire::Bit(wire) => Some(wire.bit()),
-        }
+    /// How long a line bit is.
+    pub(crate) const fn line_bit(&self) -> Duration {
+        self.wire.bit()
     }
 
-    /// The time of the line bits so far, at bit level.
-    pub(crate) fn line_time(&self) -> Option<Instant> {
-        match &self.ring {
-            Wire::Word(_) => None,
-            Wire::Bit(wire) => Some(wire.time()),
-        }
+    /// The time of the line bits so far.
+    pub(crate) fn line_time(&self) -> Instant {
+        self.wire.time()
     }
 
     /// Who looks on at the line from now on.
-    pub(crate) fn set_tap(&mut self, tap: Option<Tap>) {
-        if let Wire::Bit(wire) = &mut self.ring {
-            wire.tap = tap;
-        }
+    pub(crate) fn set_tap(&mut self, tap: Tap) {
+        self.wire.set_tap(tap);
     }
 
     /// Who looks on at the line.
     pub(crate) const fn tap_mut(&mut self) -> Option<&mut Tap> {
-        match &mut self.ring {
-            Wire::Word(_) => None,
-            Wire::Bit(wire) => wire.tap.as_mut(),
-        }
+        self.wire.tap_mut()
     }
 
-    /// Has the master send nothing any more, until [`World::open_anew`]. Nothing happens at word level.
+    /// Runs every bit from now on, also where none can matter. Nothing else differs.
+    pub fn run_every_bit(&mut self) {
+        self.wire.run_every_bit();
+    }
+
+    /// Has the master send nothing any more, until [`World::open_anew`].
     pub fn stop_ring(&mut self) {
-        self.ring.stop();
+        self.wire.stop();
     }
 
-    /// Has the master open the ring anew with ID cycles, from the next slot on. Nothing happens at word level.
+    /// Has the master open the ring anew with ID cycles, from the next slot on.
     pub fn open_anew(&mut self) {
-        self.ring.open_anew();
+        self.wire.open_anew();
     }
 
     /// Runs one data cycle. `out` and `input` have one word for each encoder; `input` is changed only by a cycle
@@ -231,23 +211,12 @@ impl World {
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
         let ends = self.now + self.cycle_time;
         self.look_ahead(ends);
-        let Planned { verdict, hit } = self.plan();
-        let (verdict, place) = match &mut self.ring {
-            Wire::Word(ring) => {
-                ring.cycle(ends, out, input, &self.answers, verdict);
-                for (position, _) in self.places.iter().enumerate().filter(|(_, place)| place.is_held()) {
-                    ring.hold(position);
-                }
-                (verdict, None)
-            }
-            Wire::Bit(wire) => {
-                for (position, place) in self.places.iter().enumerate() {
-                    wire.set_condition(position, place.condition());
-                }
-                wire.set_trouble(self.line);
-                wire.cycle(ends, out, input, &self.answers, hit)
-            }
-        };
+        for (position, place) in self.places.iter().enumerate() {
+            self.wire.set_condition(position, place.condition());
+        }
+        self.wire.set_trouble(self.line);
+        let hit = self.draw_hit();
+        let (verdict, place) = self.wire.cycle(ends, out, input, &self.answers, hit);
         let heard = match verdict {
             Verdict::Good | Verdict::Bad { .. } => self.places.len(),
             Verdict::Silent { segment } => segment,
@@ -321,14 +290,11 @@ impl World {
             Change::Chip(chip) => {
                 place.chip = *chip;
                 if place.is_held() {
-                    self.ring.hold(position);
+                    self.wire.set_condition(position, Condition::Held);
                 }
             }
-            Change::Jumper(jumper) => {
-                place.jumper = *jumper;
-                self.ring.set_jumper(position, *jumper);
-            }
-            Change::Ident(ident) => self.ring.set_ident(position, *ident),
+            Change::Jumper(jumper) => self.wire.set_jumper(position, *jumper),
+            Change::Ident(ident) => self.wire.set_ident(position, *ident),
             Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
             Change::Supply(millivolts) => {
                 let was_on = place.node.encoder().is_some();
@@ -347,7 +313,7 @@ impl World {
 
     /// A device without supply: its chip forgets.
     fn lose(&mut self, position: usize) {
-        self.ring.power_off(position);
+        self.wire.set_condition(position, Condition::Off);
         if let Some(answer) = self.answers.get_mut(position) {
             *answer = None;
         }
@@ -390,34 +356,12 @@ impl World {
         }
     }
 
-    /// How the coming cycle will go, as far as the word level decides it.
-    fn plan(&mut self) -> Planned {
-        // The chance is drawn in every cycle, so that one fault does not shift those after it.
-        let draw = self.chance.random_range(0..1_000_000_u32);
-        let drawn_segment = self.chance.random_range(0..=self.places.len());
-        let hit = (draw < self.faulty_per_million).then_some(drawn_segment);
-        let last = self.places.len();
-        let ends_behind = |(position, place): (usize, &Place)| {
-            let no_next = place.jumper == Jumper::Open && position + 1 < last;
-            (place.condition() != Condition::Running || no_next).then_some(position + 1)
-        };
-        let open = self.places.iter().enumerate().find_map(ends_behind);
-        let bits = frame_bits(self.places.len() * ENCODER_BYTES as usize);
-        let (broken, bad) = match self.line {
-            Some(trouble) if trouble.fault.silences() => (Some(trouble.segment), None),
-            Some(trouble) if trouble.fault.spoils(bits, &mut self.line_chance) => {
-                (None, Some(trouble.segment))
-            }
-            _ => (None, None),
-        };
-        let verdict = if let Some(segment) = open.into_iter().chain(broken).min() {
-            Verdict::Silent { segment }
-        } else if let Some(segment) = bad.into_iter().chain(hit).min() {
-            Verdict::Bad { segment }
-        } else {
-            Verdict::Good
-        };
-        Planned { verdict, hit }
+    /// The segment on which chance alone hits the coming cycle. It is drawn for every cycle, so that one fault does not
+    /// shift those after it.
+    fn draw_hit(&mut self) -> Option<usize> {
+        let draw = self.chance.random_range(0..PER_MILLION);
+        let segment = self.chance.random_range(0..=self.places.len());
+        (draw < self.faulty_per_million).then_some(segment)
     }
 
     /// Whether a cycle that `heard` devices heard reached the one at a position.
@@ -427,7 +371,7 @@ impl World {
 
     /// The exchange at the end of a cycle that reached the device, good or bad.
     fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
-        let taken = self.ring.taken(position, ends);
+        let taken = self.wire.taken(position, ends);
         if self.places.get(position).is_some_and(|place| place.node.device().exchanges_after_cycle(taken)) {
             self.exchange(position, ends);
         }
@@ -443,7 +387,7 @@ impl World {
     }
 
     fn exchange(&mut self, position: usize, at: Instant) {
-        let taken = self.ring.taken(position, at);
+        let taken = self.wire.taken(position, at);
         let Some(place) = self.places.get_mut(position) else { return };
         let out = place.node.hears(taken);
         place.around.terminals.raw = place.raw(place.node.device().looks_at(at));
@@ -491,7 +435,6 @@ impl Place {
             interrupted: false,
             dipped: false,
             chip: Chip::Running,
-            jumper: Jumper::Closed,
         }
     }
 

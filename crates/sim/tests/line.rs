@@ -21,16 +21,17 @@ fn the_out_words_of_a_bad_cycle_reach_no_encoder_behind_the_bad_segment() {
         let before = ring.input.clone();
         ring.world.trouble(segment, Fault::Bad, FOREVER);
         ring.out.fill(0xC200_270F);
-        for _ in 0..5 {
+        // The master repeats a data cycle twice before it looks where the ring ends.
+        for _ in 0..3 {
             assert_eq!(ring.cycle().verdict, Verdict::Bad { segment });
             assert_eq!(ring.input, before, "the master takes nothing from a bad cycle");
         }
         for position in 0..3 {
             let taken = if position < segment { 0xC200_270F } else { 0 };
             let rows = ring.rows_of(position as u8);
-            assert_eq!(rows.len(), 8, "there is an exchange at the end of bad cycles too");
+            assert_eq!(rows.len(), 6, "there is an exchange at the end of bad cycles too");
             assert!(rows[3..].iter().all(|row| row.out == taken), "segment {segment} position {position}");
-            let served = matches!(rows[7].input, Some(Input::Word(0xC200_270F)));
+            let served = matches!(rows[5].input, Some(Input::Word(0xC200_270F)));
             assert_eq!(served, position < segment, "segment {segment} position {position}");
         }
         // The request is taken back before the line is good again: those behind never hear of it.
@@ -47,20 +48,17 @@ fn the_out_words_of_a_bad_cycle_reach_no_encoder_behind_the_bad_segment() {
 // [R142]
 #[test]
 fn transfer_errors_set_no_error_bit() {
-    for level in ["word", "bit"] {
-        let noise = "[[event]]\nat_s = 0.02\nsegment = 1\nline = { flips = 2000 }\nfor_s = 1.0\n";
-        let text = format!("{}{noise}[ring]\nlevel = \"{level}\"\n", three([1_000, 2_000, 3_000]));
-        let mut ring = Ring::new(&text);
-        let mut bad = 0;
-        while ring.world.now().as_nanos() < 1_500 * MS {
-            bad += u32::from(ring.cycle().verdict != Verdict::Good);
-            assert!(ring.input.iter().all(|input| input >> 24 == 0), "{level}: {:08X?}", ring.input);
-        }
-        assert!(bad > 50, "{level}: {bad} cycles were disturbed");
-        ring.run_to_ms(2_000.0);
-        for position in 0..3 {
-            assert_eq!(ring.service(position, DATA_CHECK), DATA_CHECK, "{level}");
-        }
+    let noise = "[[event]]\nat_s = 0.02\nsegment = 1\nline = { flips = 2000 }\nfor_s = 1.0\n";
+    let mut ring = Ring::new(&format!("{}{noise}", three([1_000, 2_000, 3_000])));
+    let mut bad = 0;
+    while ring.world.now().as_nanos() < 1_500 * MS {
+        bad += u32::from(ring.cycle().verdict != Verdict::Good);
+        assert!(ring.input.iter().all(|input| input >> 24 == 0), "{:08X?}", ring.input);
+    }
+    assert!(bad > 50, "{bad} cycles were disturbed");
+    ring.run_to_ms(2_000.0);
+    for position in 0..3 {
+        assert_eq!(ring.service(position, DATA_CHECK), DATA_CHECK);
     }
 }
 
@@ -73,34 +71,35 @@ fn after_a_bad_cycle_the_previous_out_word_stays_and_a_reply_goes_on() {
     assert_eq!(ring.input[1], 0x8300_1000);
     ring.world.trouble(1, Fault::Bad, FOREVER);
     ring.out[1] = 0;
-    ring.cycles(100);
+    ring.cycles(3);
     let rows = ring.rows_of(1);
     assert_eq!(rows[rows.len() - 1].out, 0x8300_0000);
     assert_eq!(rows[rows.len() - 1].input, Some(Input::Word(0x8300_1000)));
     ring.world.end_trouble();
-    ring.cycles(2);
+    ring.cycles(4);
     assert_eq!(ring.input[1], 5);
 }
 
 #[test]
 fn silence_ends_a_held_service_after_25_ms_and_no_earlier() {
+    let dead = 20 * MS;
     let mut ring = Ring::new(&format!("{}{}", three([0, 5, 6]), line(20.0, 1, "silent", 60.0)));
     ring.cycles(3);
     ring.out.fill(0x8300_0000);
     ring.run_to_ms(20.0);
-    // The cycle in which silence began is the first that failed.
-    let last_good = ring.world.now().as_nanos() - 677_000;
-    assert_eq!(ring.last, Verdict::Silent { segment: 1 });
+    // The line died in the middle of the frame: the encoder before it has taken its word, the others have heard a part.
+    assert_eq!(ring.last, Verdict::Bad { segment: 1 });
+    let last_heard = ring.world.now().as_nanos();
     let frozen = ring.input.clone();
     assert_eq!(frozen[1..], [0x8300_1000, 0x8300_1000]);
     ring.run_to_ms(70.0);
     assert_eq!(ring.input, frozen, "the master sees nothing new");
     for (position, refresh, value) in [(1, MS, 5), (2, MS / 2, 6)] {
         let rows = ring.rows_of(position);
-        let silent: Vec<_> = rows.iter().filter(|row| row.time_ns > last_good).collect();
+        let silent: Vec<_> = rows.iter().filter(|row| row.time_ns >= last_heard).collect();
         assert!(silent.len() > 40);
         for row in &silent {
-            let reset = row.time_ns > last_good + 25 * MS;
+            let reset = row.time_ns > dead + 25 * MS;
             assert_eq!(row.out, if reset { 0 } else { 0x8300_0000 }, "{row:?}");
             assert_eq!(row.input, Some(Input::Word(if reset { value } else { 0x8300_1000 })), "{row:?}");
         }
@@ -108,10 +107,13 @@ fn silence_ends_a_held_service_after_25_ms_and_no_earlier() {
         for pair in silent.windows(2) {
             assert_eq!(pair[1].time_ns - pair[0].time_ns, refresh);
         }
-        assert_eq!(silent[0].time_ns, last_good + refresh);
     }
-    // The encoder before the break hears its line and keeps its OUT word.
-    assert!(ring.rows_of(0).iter().skip(3).all(|row| row.out == 0x8300_0000));
+    // The encoder before the break hears the master until that stops the bus, and is reset 25 ms later.
+    let stopped = last_heard + 4 * 677_000;
+    for row in ring.rows_of(0).iter().skip(3).filter(|row| row.time_ns < stopped + 25 * MS) {
+        assert_eq!(row.out, 0x8300_0000, "{row:?}");
+    }
+    assert_eq!(ring.world.ring().out_word(0), OutWord(0));
 }
 
 #[test]
@@ -213,7 +215,7 @@ fn a_standing_service_bit_after_a_long_silence_is_a_new_request_to_a_unit_that_e
     let mut ring = Ring::new(&format!("{devices}{}", line(20.0, 0, "silent", 60.0)));
     ring.cycles(3);
     ring.out[2] = 0x8900_0000;
-    ring.run_to_ms(100.0);
+    ring.run_to_ms(150.0);
     assert_eq!(ring.input[2], 0x8900_0001);
     let rows = ring.rows_of(2);
     let replies = rows.windows(2).filter(|pair| {
@@ -228,8 +230,9 @@ fn a_disturbance_shorter_than_a_cycle_spoils_that_cycle() {
     for fault in ["bad", "silent"] {
         let mut ring = Ring::new(&format!("{}{}", three([0, 5, 6]), line(20.35, 2, fault, 0.05)));
         ring.run_to_ms(20.0);
-        let faulty = (0..10).filter(|_| ring.cycle().verdict != Verdict::Good).count();
-        assert_eq!(faulty, 1, "{fault} for 50 us");
+        ring.cycles(10);
+        assert_eq!(ring.world.ring().master().counts().faulty, 1, "{fault} for 50 us");
+        assert_eq!(ring.last, Verdict::Good);
     }
 }
 
@@ -246,29 +249,34 @@ fn a_disturbance_lasts_as_long_as_told() {
         }
         let (first, last) = (faulty[0], faulty[faulty.len() - 1]);
         assert!((20 * MS..20 * MS + 677_000).contains(&first), "{fault} from {first}");
-        assert!((120 * MS - 677_000..120 * MS + 677_000).contains(&last), "{fault} to {last}");
+        // Behind it the master may have just begun its silence of 26 ms, and opens the ring after that.
+        assert!((120 * MS..152 * MS).contains(&last), "{fault} to {last}");
         assert_eq!(faulty.len() as u64, (last - first) / 677_000 + 1, "without a gap");
         assert_eq!(ring.input, [0, 5, 6]);
     }
 }
 
 #[test]
-fn an_encoder_that_was_cycled_without_a_ring_goes_on_through_bad_cycles() {
+fn an_encoder_that_ran_without_a_ring_goes_on_with_its_cycles() {
     let mut ring = Ring::new(&three([0, 5, 6]));
     // Silent from the start: the encoders run by themselves, with OUT = 0.
     ring.world.trouble(0, Fault::Silent, FOREVER);
     ring.run_to_ms(60.0);
     assert!((0..3).all(|position| ring.is_on(position)));
-    ring.world.trouble(0, Fault::Bad, FOREVER);
+    ring.world.end_trouble();
+    ring.run_to_ms(120.0);
+    assert_eq!(ring.last, Verdict::Good);
     let before = ring.rows_of(1).len();
     ring.cycles(10);
-    assert_eq!(ring.rows_of(1).len() - before, 10, "one exchange at the end of each bad cycle");
-    ring.world.trouble(0, Fault::Silent, FOREVER);
-    ring.cycles(10);
+    assert_eq!(ring.rows_of(1).len() - before, 10, "one exchange at the end of each cycle");
     assert!(ring.rows.is_sorted_by_key(|row| row.time_ns), "exchanges are told in order of time");
 }
 
 fn verdicts(faulty_per_million: u32, seed: u64, out: u32) -> Vec<Verdict> {
+    verdicts_of(2_000, faulty_per_million, seed, out)
+}
+
+fn verdicts_of(cycles: u32, faulty_per_million: u32, seed: u64, out: u32) -> Vec<Verdict> {
     let text = three([0, 5, 6]).replace(
         "version = 1",
         &format!("version = 1\nseed = {seed}\n[ring]\nfaulty_per_million = {faulty_per_million}"),
@@ -276,18 +284,20 @@ fn verdicts(faulty_per_million: u32, seed: u64, out: u32) -> Vec<Verdict> {
     let mut world = World::new(&scenario(&text)).unwrap();
     let mut input = [InWord(0); 3];
     let out = |k| OutWord(if k % 7 < 3 { out } else { 0 });
-    (0..2_000).map(|k| world.cycle(&[out(k); 3], &mut input).verdict).collect()
+    (0..cycles).map(|k| world.cycle(&[out(k); 3], &mut input).verdict).collect()
 }
 
 #[test]
 fn chance_of_0_spoils_no_cycle_and_of_a_million_every_cycle() {
     assert!(verdicts(0, 1, 0).iter().all(|verdict| *verdict == Verdict::Good));
-    let always = verdicts(1_000_000, 1, 0);
-    for segment in 0..=3 {
-        let hits = always.iter().filter(|verdict| **verdict == Verdict::Bad { segment }).count();
-        assert!((400..600).contains(&hits), "segment {segment}: {hits} of 2000");
+    for seed in 0..4 {
+        assert!(verdicts(1_000_000, seed, 0).iter().all(|verdict| *verdict != Verdict::Good));
     }
-    assert!(always.iter().all(|verdict| *verdict != Verdict::Good));
+    let first: Vec<Verdict> = (0..400).map(|seed| verdicts_of(1, 1_000_000, seed, 0)[0]).collect();
+    for segment in 0..=3 {
+        let hits = first.iter().filter(|verdict| **verdict == Verdict::Bad { segment }).count();
+        assert!((70..130).contains(&hits), "segment {segment}: {hits} of 400");
+    }
 }
 
 #[test]
@@ -297,24 +307,9 @@ fn chance_follows_the_seed_and_not_the_out_words() {
     assert_eq!(verdicts(100_000, 1, 0xC600_0000), some);
     assert_ne!(verdicts(100_000, 2, 0), some);
     let faulty = some.iter().filter(|verdict| **verdict != Verdict::Good).count();
-    assert!((120..280).contains(&faulty), "{faulty} of 2000 at a tenth");
-    // More chance keeps the faults that were there.
-    let more = verdicts(500_000, 1, 0);
-    let kept = some.iter().zip(&more).all(|(few, many)| *few == Verdict::Good || few == many);
-    assert!(kept);
-}
-
-#[test]
-fn of_two_faults_in_one_cycle_silence_wins_and_then_the_earlier_segment() {
-    let text = three([0, 5, 6]).replace("version = 1", "version = 1\n[ring]\nfaulty_per_million = 1_000_000");
-    let mut ring = Ring::new(&text);
-    ring.world.trouble(2, Fault::Bad, FOREVER);
-    for _ in 0..50 {
-        let verdict = ring.cycle().verdict;
-        assert!(matches!(verdict, Verdict::Bad { segment: 0..=2 }), "{verdict:?}");
-    }
-    ring.world.trouble(3, Fault::Silent, FOREVER);
-    assert_eq!(ring.cycle().verdict, Verdict::Silent { segment: 3 });
-    ring.supply(1, 0);
-    assert_eq!(ring.cycle().verdict, Verdict::Silent { segment: 2 });
+    // A tenth, and the cycle after each, in which the master looks where the ring ends, as far as it does.
+    assert!((120..500).contains(&faulty), "{faulty} of 2000 at a tenth");
+    // More chance keeps the fault that came first.
+    let first = |verdicts: &[Verdict]| verdicts.iter().position(|verdict| *verdict != Verdict::Good);
+    assert!(first(&verdicts(500_000, 1, 0)) <= first(&some));
 }

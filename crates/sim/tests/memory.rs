@@ -65,7 +65,7 @@ fn a_stuck_cell_never_gives_a_value_that_nobody_wrote() {
                 assert!([0, OLD_VALUE].contains(&value), "cell {cell} stuck at {stuck:02X}: {read:08X}");
                 assert_eq!(ring.service(1, DATA_CHECK) & 2, 2, "cell {cell} stuck at {stuck:02X}");
             }
-            ring.run_to_ms(100.0);
+            ring.run_to_ms(150.0);
             let read = ring.service(1, READ);
             // What it says without an error is what was acknowledged without one.
             if read & ERROR_BIT == 0 {
@@ -133,7 +133,7 @@ fn a_record_that_was_damaged_while_the_encoder_was_off_is_told_at_power_up() {
     ring.cycles(1);
     ring.memory_fault(1, CellFault::Stuck(0), None);
     ring.supply(1, 24_000);
-    ring.cycles(4);
+    ring.run_to_ms(60.0);
     assert_eq!(ring.input[1] & ERROR_BIT, ERROR_BIT);
     assert_eq!(ring.service(1, DATA_CHECK) & (ERROR_BIT | 1), ERROR_BIT | 1, "it cannot accept either");
 }

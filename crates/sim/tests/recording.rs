@@ -12,7 +12,7 @@ use encoring_ring::{CycleTime, Verdict};
 use encoring_sim::device_line::{from_device, to_device};
 use encoring_sim::motion::Motion;
 use encoring_sim::replay::{compare, play};
-use encoring_sim::scenario::{Change, Device, Event, Happening, Level, NewMotion};
+use encoring_sim::scenario::{Change, Device, Event, Happening, NewMotion};
 use encoring_sim::{Fault, Node, Scenario, World};
 use encoring_trace::{Input, Reader, Writer};
 use encoring_words::model::Sensor;
@@ -123,7 +123,6 @@ fn any_scenario(seed: u64, lasting_ms: u64) -> Scenario {
             ),
             cable_m: one_of(&mut chance, &[0, 12_800]),
         },
-        level: one_of(&mut chance, &[Level::Word, Level::Bit]),
         faulty_per_million: one_of(&mut chance, &[0, 0, 10_000, 300_000]),
         devices,
         events,

@@ -7,7 +7,6 @@ use common::{line, scenario, set, three};
 use encoring_ring::Ident;
 use encoring_ring::diagnostics::{FaultPlace, NOTHING_FOUND};
 use encoring_ring::ident::ENCODER;
-use encoring_sim::Level;
 use encoring_sim::scan::{Scan, scan};
 
 fn scanned(events: &str) -> Scan {
@@ -15,9 +14,8 @@ fn scanned(events: &str) -> Scan {
 }
 
 #[test]
-fn a_sound_ring_is_found_whole_also_if_its_scenario_is_of_words() {
+fn a_sound_ring_is_found_whole() {
     let ring = scenario(&three([1_000, 2_000, 3_000]));
-    assert_eq!(ring.level, Level::Word);
     let found = scan(&ring).unwrap();
     assert!(found.is_whole());
     assert_eq!(found.found, [ENCODER; 3]);

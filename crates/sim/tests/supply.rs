@@ -5,6 +5,7 @@ mod common;
 
 use common::{DATA_CHECK, Ring, device, set, three};
 use encoring_ring::Verdict;
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_sim::Fault;
 use encoring_trace::Input;
 use encoring_words::Duration;
@@ -29,8 +30,9 @@ fn below_10_45_v_the_ring_is_open_at_the_encoder_and_at_10_45_v_it_is_not() {
         for (volts, open) in [(10.45, false), (10.449, true), (0.0, true), (28.35, false), (28.4, false)] {
             let event = set(20.0, position, &format!("supply_v = {volts}"));
             let mut ring = Ring::new(&format!("{}{event}", three([1_000, 2_000, 3_000])));
-            ring.run_to_ms(30.0);
-            let expected = if open { Verdict::Silent { segment: position + 1 } } else { Verdict::Good };
+            ring.run_to_ms(21.0);
+            // The line into it is the first on which nobody hears anything.
+            let expected = if open { Verdict::Silent { segment: position } } else { Verdict::Good };
             assert_eq!(ring.last, expected, "{volts} V at {position}");
             assert_eq!(ring.is_on(position), !open, "{volts} V at {position}");
             let rows = ring.rows_of(position as u8);
@@ -83,15 +85,15 @@ fn a_preset_input_above_30_v_is_noted_and_still_reads_1() {
 fn a_dip_shorter_than_a_cycle_switches_the_encoder_off_and_spoils_the_cycle() {
     let dip = [set(20.35, 1, "supply_v = 9.0"), set(20.36, 1, "supply_v = 24.0")].concat();
     let mut ring = Ring::new(&format!("{}{dip}", three([1_000, 2_000, 3_000])));
-    let mut silent = Vec::new();
+    let mut faulty = Vec::new();
     while ring.world.now().as_nanos() < 40_000_000 {
         let cycled = ring.cycle();
         if cycled.verdict != Verdict::Good {
-            assert_eq!(cycled.verdict, Verdict::Silent { segment: 2 });
-            silent.push(cycled.at.as_nanos() / 677_000);
+            faulty.push((cycled.at.as_nanos() / 677_000, cycled.verdict));
         }
     }
-    assert_eq!(silent, [31], "20.35 ms lie in cycle 31");
+    assert_eq!(faulty[0], (31, Verdict::Silent { segment: 1 }), "20.35 ms lie in cycle 31");
+    assert!(faulty.len() < 5, "the master finds the ring whole again before it would stop: {faulty:?}");
     let off: Vec<u64> =
         ring.rows.iter().filter(|row| row.input == Some(Input::Off)).map(|row| row.time_ns).collect();
     assert_eq!(off, [20_350_000]);
@@ -146,18 +148,17 @@ fn several_encoders_that_dip_at_once_open_the_ring_at_the_first_of_them() {
     let events = [
         set(20.0, 1, "supply_v = 9.0"),
         set(20.0, 2, "supply_v = 9.0"),
-        set(40.0, 1, "supply_v = 24.0"),
-        set(60.0, 2, "supply_v = 24.0"),
+        set(200.0, 1, "supply_v = 24.0"),
+        set(400.0, 2, "supply_v = 24.0"),
     ];
     let mut ring = Ring::new(&format!("{}{}", three([1_000, 2_000, 3_000]), events.concat()));
-    for (ms, verdict) in [
-        (30.0, Verdict::Silent { segment: 2 }),
-        (50.0, Verdict::Silent { segment: 3 }),
-        (70.0, Verdict::Good),
-    ] {
+    for (ms, place) in
+        [(190.0, Some(FaultPlace::Break(1))), (390.0, Some(FaultPlace::Break(2))), (600.0, None)]
+    {
         ring.run_to_ms(ms);
-        assert_eq!(ring.last, verdict, "at {ms} ms");
+        assert_eq!(ring.world.ring().master().place(), place, "at {ms} ms");
     }
+    assert_eq!(ring.last, Verdict::Good);
     assert_eq!(ring.input, [100, 2_000, 3_000]);
     let off = |position| ring.rows_of(position).iter().filter(|row| row.input == Some(Input::Off)).count();
     assert_eq!([0, 1, 2].map(off), [0, 1, 1]);
@@ -228,7 +229,7 @@ fn what_is_programmed_without_a_data_check_holds_after_a_dip() {
         assert_eq!(ring.service(2, write), write);
     }
     assert_eq!(ring.position(2), 4_096 * 5 + 9, "the old parameters until power off and on");
-    ring.run_to_ms(80.0);
+    ring.run_to_ms(150.0);
     assert_eq!(ring.position(2), 9);
 }
 
@@ -272,7 +273,7 @@ fn a_dip_between_two_cycles_opens_the_ring_for_the_next() {
     ring.world.change(1, &supply(0));
     ring.world.change(1, &supply(24_000));
     ring.cycles(1);
-    assert_eq!(ring.last, Verdict::Silent { segment: 2 });
-    ring.cycles(1);
+    assert_eq!(ring.last, Verdict::Silent { segment: 1 });
+    ring.cycles(4);
     assert_eq!(ring.last, Verdict::Good);
 }

@@ -8,7 +8,7 @@ use std::io::Cursor;
 
 use common::{Ring, SERVICE_BIT, line, scenario, set, three};
 use encoring_ring::Verdict;
-use encoring_sim::Waveform;
+use encoring_sim::{Shown, Waveform};
 use encoring_trace::wave::Format;
 use encoring_trace::{Input, Row};
 
@@ -23,9 +23,13 @@ struct Bench {
 
 impl Bench {
     fn new(text: &str, format: Format) -> Self {
+        Self::showing(text, format, Shown::Lines)
+    }
+
+    fn showing(text: &str, format: Format, shown: Shown) -> Self {
         let mut ring = Ring::of(&scenario(text));
         let sink = Cursor::new(Vec::new());
-        let waveform = Waveform::new(format, sink, "tests", &mut ring.world).unwrap();
+        let waveform = Waveform::new(format, sink, "tests", &mut ring.world, shown).unwrap();
         Self { ring, waveform }
     }
 
@@ -123,11 +127,9 @@ fn crc(bytes: &[u8]) -> [u8; 2] {
     crc.to_be_bytes()
 }
 
-const BITS: &str = "[ring]\nlevel = \"bit\"\n";
-
 #[test]
 fn the_words_of_every_exchange_stand_on_the_segments() {
-    for (ring, bit) in [(BITS.to_owned(), 20), (format!("{BITS}kbit_s = 2000\n"), 5)] {
+    for (ring, bit) in [("", 20), ("[ring]\nkbit_s = 2000\n", 5)] {
         let mut bench = Bench::new(&format!("{}{ring}", three([1_000, 2_000, 3_000])), Format::Vcd);
         for cycle in 0..200_u32 {
             // Services of all three, in turn.
@@ -202,7 +204,7 @@ fn the_words_of_every_exchange_stand_on_the_segments() {
 
 #[test]
 fn a_search_can_be_watched() {
-    let text = format!("{}{BITS}{}", three([1_000, 2_000, 3_000]), line(20.0, 2, "silent", 100.0));
+    let text = format!("{}{}", three([1_000, 2_000, 3_000]), line(20.0, 2, "silent", 100.0));
     let mut bench = Bench::new(&text, Format::Vcd);
     bench.run_to_ms(400.0);
     let (_, found) = bench.end();
@@ -247,7 +249,7 @@ fn a_recording_changes_nothing_and_both_formats_hold_the_same() {
         set(150.0, 0, "chip_held = false"),
     ]
     .concat();
-    let text = format!("{}{BITS}{events}", three([1_000, 2_000, 3_000]));
+    let text = format!("{}{events}", three([1_000, 2_000, 3_000]));
     let mut unseen = Ring::of(&scenario(&text));
     unseen.run_to_ms(400.0);
     let [vcd, fst] = [Format::Vcd, Format::Fst].map(|format| {
@@ -268,21 +270,22 @@ fn a_recording_changes_nothing_and_both_formats_hold_the_same() {
 }
 
 #[test]
-fn at_word_level_a_recording_holds_words_verdicts_and_lamps() {
+fn without_lines_a_recording_holds_words_verdicts_lamps_and_the_master() {
     let text = format!("{}{}", three([1_000, 2_000, 3_000]), line(10.0, 1, "silent", 60.0));
-    let mut bench = Bench::new(&text, Format::Vcd);
+    let mut bench = Bench::showing(&text, Format::Vcd, Shown::Words);
     bench.ring.out = vec![7; 3];
-    bench.run_to_ms(100.0);
+    bench.run_to_ms(200.0);
     let (_, found) = bench.end();
-    assert!(found.keys().all(|name| name.starts_with("cycle.") || name.starts_with("encoder_")));
+    let scopes = ["cycle.", "master.", "encoder_"];
+    assert!(found.keys().all(|name| scopes.iter().any(|scope| name.starts_with(scope))));
     assert!(!found.contains_key("encoder_0.state"));
-    assert_eq!(number(shown(&found["cycle.verdict"], 300_000)), 2);
-    assert_eq!(number(shown(&found["cycle.segment"], 300_000)), 1);
+    assert_eq!(number(shown(&found["cycle.verdict"], 115_000)), 2);
+    assert_eq!(number(shown(&found["cycle.segment"], 115_000)), 1);
     let words: Vec<u32> = found["encoder_2.out"].iter().map(|change| number(&change.1)).collect();
     assert_eq!(words, [0, 7, 0, 7], "a device behind a silent line sees 0");
     assert_eq!(number(&found["encoder_1.in"].last().unwrap().1), 2_000);
     assert_eq!(
-        ["encoder_0", "encoder_1"].map(|at| shown(&found[&format!("{at}.lamp_rc")], 600_000)),
+        ["encoder_0", "encoder_1"].map(|at| shown(&found[&format!("{at}.lamp_rc")], 360_000)),
         ["1", "0"]
     );
 }
@@ -290,7 +293,7 @@ fn at_word_level_a_recording_holds_words_verdicts_and_lamps() {
 #[test]
 fn a_ring_of_128_is_recorded_whole() {
     let devices: String = (0..128).map(|position| common::device(position, "ce-65-m", "")).collect();
-    let mut bench = Bench::new(&format!("version = 1\n{devices}{BITS}"), Format::Vcd);
+    let mut bench = Bench::new(&format!("version = 1\n{devices}"), Format::Vcd);
     for _ in 0..3 {
         bench.cycle();
     }

@@ -100,7 +100,8 @@ fn shows_one_place_a_refresh(model: &str, refresh: u64) {
     let motion = "motion = { kind = \"speed\", start = 0, per_s = 400_000_000 }";
     let text = format!("version = 1\n[ring]\nkbit_s = 2000\nsoftware_us = 0\n{}", device(0, model, motion));
     let mut ring = Ring::new(&text);
-    assert_eq!(ring.world.cycle_time(), Duration(65_750));
+    // 13 * (6 + 4) bits and the pause that they need, 0.5 us each.
+    assert_eq!(ring.world.cycle_time(), Duration(77_500));
     ring.cycles(5_000);
     let rows = ring.rows_of(0);
     assert_eq!(rows.len(), 5_000);

@@ -213,8 +213,8 @@ impl Events {
         Self { kept: Arc::default(), line: Verdict::Good, search: None, data_cycles: 0, dropped: 0 }
     }
 
-    /// Notes how a cycle went, if it went otherwise than the one before.
-    pub(crate) fn cycled(&mut self, at: Instant, verdict: Verdict) {
+    /// Notes how a data cycle went, if it went otherwise than the one before.
+    fn cycled(&mut self, at: Instant, verdict: Verdict) {
         if verdict != self.line {
             self.line = verdict;
             self.push(
@@ -228,7 +228,7 @@ impl Events {
         }
     }
 
-    /// Notes a slot of a ring whose master knows more than how cycles go.
+    /// Notes a slot of the ring.
     pub(crate) fn slot(&mut self, at: Instant, verdict: Verdict, master: &Master) {
         let cycles = master.counts().cycles;
         let was_data = cycles != std::mem::replace(&mut self.data_cycles, cycles);

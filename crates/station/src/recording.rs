@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use encoring_files::{Existing, Growing, LineFile};
-use encoring_sim::{Cycled, Waveform, World, device_line};
+use encoring_sim::{Cycled, Shown, Waveform, World, device_line};
 use encoring_trace::Writer;
 use encoring_trace::wave::{Format, Sink};
 
@@ -59,15 +59,20 @@ impl Recorder {
 pub struct RecordingFile(Growing);
 
 impl RecordingFile {
-    /// Begins to record a world in a file: its signals over time if the name ends in `.vcd` or `.fst`, else its
-    /// exchanges.
+    /// Begins to record a world in a file: its signals over time as far as they are to be `shown` if the name ends in
+    /// `.vcd` or `.fst`, else its exchanges.
     ///
     /// # Errors
     /// Those of [`Growing::begin`], and of writing the head.
-    pub fn begin(file: &Path, existing: Existing, world: &mut World) -> io::Result<(Self, Recorder)> {
+    pub fn begin(
+        file: &Path,
+        existing: Existing,
+        world: &mut World,
+        shown: Shown,
+    ) -> io::Result<(Self, Recorder)> {
         let growing = Growing::begin(file, existing)?;
         let recorder = match Format::of(file) {
-            Some(format) => waveform(format, growing.writer()?, world),
+            Some(format) => waveform(format, growing.writer()?, world, shown),
             None => exchanges(growing.writer()?, world),
         }?;
         Ok((Self(growing), recorder))
@@ -102,7 +107,7 @@ fn exchanges(file: File, world: &World) -> io::Result<Recorder> {
     Writer::recording(sink, &devices).map(Recorder::Exchanges)
 }
 
-fn waveform(format: Format, file: File, world: &mut World) -> io::Result<Recorder> {
+fn waveform(format: Format, file: File, world: &mut World, shown: Shown) -> io::Result<Recorder> {
     let sink: Box<dyn Sink + Send> = Box::new(BufWriter::with_capacity(1 << 16, file));
-    Waveform::new(format, sink, WRITER, world).map(|waveform| Recorder::Waveform(Box::new(waveform)))
+    Waveform::new(format, sink, WRITER, world, shown).map(|waveform| Recorder::Waveform(Box::new(waveform)))
 }

@@ -283,14 +283,11 @@ impl Running {
         let cycled = self.image.with(|image| {
             let (out, input) = image.both();
             let cycled = world.cycle(out, input);
-            world.ring().diagnose(image);
+            world.diagnose(image);
             cycled
         });
         self.verdict = cycled.verdict;
-        match self.world.ring().master() {
-            Some(master) => self.events.slot(cycled.at, cycled.verdict, master),
-            None => self.events.cycled(cycled.at, cycled.verdict),
-        }
+        self.events.slot(cycled.at, cycled.verdict, self.world.ring().master());
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
         self.record(|recorder, world| recorder.cycled(world, &cycled));

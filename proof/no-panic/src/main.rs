@@ -20,7 +20,7 @@ use encoring_ring::master::WhenBroken;
 use encoring_ring::slave::{Condition, Jumper};
 use encoring_ring::telegram::{Bits, Decoder};
 use encoring_ring::{
-    BitRing, CycleTime, EveryBit, Ident, Lines, ProcessImage, Slave, Taken, Verdict, WordRing,
+    BitRing, CycleTime, EveryBit, Ident, Lines, ProcessImage, Slave, Taken,
 };
 use encoring_words::model::{MODELS, Sensor};
 use encoring_words::parameter::{PARAMETERS, SsiValues};
@@ -181,24 +181,6 @@ fn ring() {
     black_box(image.set_out_half(any(), half, any()));
     image.diagnose(any(), any(), black_box([0_u32; 200]));
     black_box((image.status(), image.parameter(), image.faults()));
-    let mut ring = WordRing::default();
-    while any() {
-        let verdict = match any::<u8>() {
-            0 => Verdict::Good,
-            1 => Verdict::Bad { segment: any() },
-            _ => Verdict::Silent { segment: any() },
-        };
-        let answers = black_box([Some(InWord(0)); 128]);
-        let answers = answers.get(..any::<usize>()).unwrap_or_default();
-        let (out, input) = image.both();
-        ring.cycle(Instant(any()), out, input, answers, verdict);
-        black_box((ring.out_word(any(), Instant(any())), ring.bus_active(any(), Instant(any()))));
-        black_box((ring.incoming_connected(any(), Instant(any())), ring.taken(any(), Instant(any()))));
-        ring.power_off(any());
-        ring.hold(any());
-        black_box((ring.status(), ring.parameter()));
-        image.diagnose(ring.status(), ring.parameter(), ring.counts().segments());
-    }
     let time = CycleTime { bit: Duration(any()), software: Duration(any()), cable_m: any() };
     black_box((time.of(any(), any()), time.of_encoders(any())));
 }

@@ -16,10 +16,9 @@ pub(crate) struct Faults {
 /// What can be written, as the help shows it.
 pub(crate) fn help() -> String {
     let kinds = |are: fn(Fault) -> bool| -> String {
-        let lines = Fault::kinds().filter(|(fault, ..)| are(*fault)).map(|(fault, form, meaning)| {
-            let level = if fault.needs_bits() { " (--level bit)" } else { "" };
-            format!("\n    {form:<12} {meaning}{level}")
-        });
+        let lines = Fault::kinds()
+            .filter(|(fault, ..)| are(*fault))
+            .map(|(_, form, meaning)| format!("\n    {form:<12} {meaning}"));
         lines.collect()
     };
     format!(

@@ -8,7 +8,7 @@ use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::Jumper;
 use encoring_words::{Duration, Instant};
 
-use super::{Change, Chip, Event, Happening, Level, Scenario};
+use super::{Change, Chip, Event, Happening, Scenario};
 use crate::fault::{Fault, digits};
 use crate::span;
 
@@ -64,9 +64,6 @@ impl Scenario {
     pub fn add(&mut self, occurrence: &Occurrence) -> Result<(), String> {
         let Occurrence { fault, place, .. } = *occurrence;
         let encoders = self.devices.len();
-        if fault.needs_bits() && self.level == Level::Word {
-            return Err("the word level does not have it; give --level bit".to_owned());
-        }
         if fault.is_of_line() && place > encoders {
             return Err(format!("segment {place}; the segments are 0 to {encoders}"));
         }

@@ -14,9 +14,10 @@ use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
 use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
 use encoring_words::{Duration, Instant, Model};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::{
-    Change, Chip, Device, Event, Happening, Level, MotionFiles, NewMotion, Occurrence, PER_S_MAX,
+    Change, Chip, Device, Event, Happening, MotionFiles, NO_LEVEL, NewMotion, Occurrence, PER_S_MAX,
     SECONDS_MAX, VOLTS_MAX,
 };
 use crate::fault::Fault;
@@ -44,7 +45,7 @@ pub(super) struct RingTable {
     software_us: Option<u32>,
     cable_m: u32,
     faulty_per_million: u32,
-    level: Level,
+    level: Option<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -220,7 +221,10 @@ pub enum EepromTable {
 }
 
 impl RingTable {
-    pub(super) fn read(&self) -> Result<(CycleTime, u32, Level), Wrong> {
+    pub(super) fn read(&self) -> Result<(CycleTime, u32), Wrong> {
+        if self.level.is_some() {
+            return Err(Wrong::at("level", format!("level: {NO_LEVEL}")));
+        }
         let bit = match self.kbit_s.unwrap_or(500) {
             500 => BIT_500K,
             2000 => BIT_2M,
@@ -231,7 +235,7 @@ impl RingTable {
         let software_us = self.software_us.unwrap_or(200);
         within("software_us", i64::from(software_us), 0, 1_000_000)?;
         let software = Duration::from_micros(u64::from(software_us));
-        Ok((CycleTime { bit, software, cable_m: self.cable_m }, self.faulty_per_million, self.level))
+        Ok((CycleTime { bit, software, cable_m: self.cable_m }, self.faulty_per_million))
     }
 }
 

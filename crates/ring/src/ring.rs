@@ -1,8 +1,7 @@
-//! The data cycle at bit level: a master, its slaves and the segments between them.
+//! The ring: a master, its slaves and the segments between them, slot by slot.
 //!
-//! [`BitRing::cycle`] has the face of [`WordRing::cycle`](crate::WordRing::cycle): OUT words in, answers loaded at the
-//! start, IN words out. It returns the verdict that would make the word level do the same; here it is not an argument
-//! but what the devices made of the bits.
+//! [`BitRing::cycle`] takes OUT words and the answers that the devices load at the start, and gives IN words. What a
+//! segment suffers is what happens to its bits; how the slot went follows from what master and devices made of them.
 //!
 //! A device delays the line by some bits [A4]. The devices here pass bits on without delay, and all of it lies on the
 //! way home, where the master allows for it: every line carries the same bits in the same order, only their clocks
@@ -20,7 +19,6 @@ use crate::profile::{STATUS_BEFORE_FRAME, STATUS_BITS};
 use crate::slave::{Condition, Lamps, Slave, Taken};
 use crate::sound_slot::SoundSlot;
 use crate::telegram::{Bits, statuses};
-use crate::word_level::Verdict;
 
 /// What the segments do to the bits that pass. Segment k leads into the device at position k; the one after the last
 /// device leads home.
@@ -89,12 +87,32 @@ pub struct BitRing<S> {
     ended: Instant,
 }
 
+/// How a data cycle went. Segment k leads into the device at position k; the one after the last device leads back
+/// to the master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// Every check word was right.
+    Good,
+    /// The first bad check word was on this segment: devices before it have taken their data, the others keep
+    /// their old, the master takes none.
+    Bad {
+        /// 0..=encoders.
+        segment: usize,
+    },
+    /// From this segment on the line is silent. The loopback word never comes home, so no check phase follows and
+    /// no device takes anything.
+    Silent {
+        /// 0..=encoders.
+        segment: usize,
+    },
+}
+
 /// What happened in one slot of the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotResult {
     /// What the slot was used for, and how it ended for the master.
     pub ended: Ended,
-    /// What the devices took of it, as the word level would be told.
+    /// What the devices took of it.
     pub verdict: Verdict,
     /// Where the master sees the ring at fault.
     pub place: Option<FaultPlace>,
@@ -135,8 +153,11 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     }
 
     /// Runs one slot that ends at `now`: a data cycle, or what the master does in its place. `out`, `input` and
-    /// `answers` have one word a device, and mean what they do at word level; words go to the first four bytes of a
-    /// device, the high byte first.
+    /// `answers` have one word a device; words go to the first four bytes of a device, the high byte first.
+    ///
+    /// `answers` are the IN words that the devices loaded when the slot started, so a reply to the OUT word of this slot
+    /// is seen by the master after the next one at the earliest. `None` is a device that has nothing to show since it was
+    /// switched on, and leaves `input` as it is; so does a slot that did not end good.
     pub fn cycle(
         &mut self,
         now: Instant,

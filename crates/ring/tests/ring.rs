@@ -1,4 +1,4 @@
-//! The ring at bit level: it opens, moves words, and follows what happens to its segments and devices.
+//! The ring: it opens, moves words, and follows what happens to its segments and devices.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, clippy::panic, missing_docs, reason = "tests")]
 
 use encoring_ring::diagnostics::{FaultPlace, PERIPHERAL_FAULT, SEARCHING, status};
