@@ -180,107 +180,105 @@ const fn fate(fate: Fate) -> (&'static str, &'static str) {
 
 impl FailureView {
     pub(crate) fn new(failed: &Failed, target: Target, behind: Option<&BusError>) -> Self {
-        let blank = |kind, ends| Self {
-            kind,
-            out: None,
-            waited_for: None,
-            carried_out: None,
-            status: None,
-            text: Vec::new(),
-            ends,
-        };
         match *failed {
-            ServiceFailure::Request(error) => {
-                Self { text: vec![error.to_string()], ..blank("not_sent", Ends::BadInput) }
-            }
-            ServiceFailure::Refused(Refusal { request, check, repeated }) => {
-                let mut text = vec![format!("the encoder refused {}", named(request))];
-                if repeated {
-                    text.push("it was repeated and refused again".to_owned());
-                }
-                text.extend(other_model(request, check, target));
-                if check.is_none() {
-                    text.push("an error is pending now: `encoring check` tells which".to_owned());
-                }
-                Self {
-                    out: Some(request.word().to_string()),
-                    status: check.map(|check| StatusView::of(check, target.model)),
-                    text,
-                    ..blank("refused", Ends::Refused)
-                }
-            }
-            ServiceFailure::TimedOut { request, timed_out } => {
-                let TimedOut { waited_for, fate: known, .. } = timed_out;
-                let (carried_out, known) = fate(known);
-                let mut text =
-                    vec![format!("no answer to {}: {timed_out}", named(request)), known.to_owned()];
-                if waited_for == WaitedFor::Normal && timed_out.last.is_some_and(InWord::service_bit) {
-                    text.push(
-                        "IN shows what could be a reply, and was not asked for here: another master is at work, or \
-                         the halves of the words are exchanged; `encoring probe` tells, while the shaft turns"
-                            .to_owned(),
-                    );
-                }
-                text.extend(behind.map(|error| format!("the bus said: {error}")));
-                Self {
-                    out: Some(request.word().to_string()),
-                    waited_for: Some(match waited_for {
-                        WaitedFor::Normal => "normal",
-                        WaitedFor::Acknowledgement => "acknowledgement",
-                        WaitedFor::End => "end",
-                    }),
-                    carried_out: Some(carried_out),
-                    text,
-                    ..blank("timed_out", Ends::NoAnswer)
-                }
-            }
+            ServiceFailure::Request(error) => Self::told("not_sent", Ends::BadInput, vec![error.to_string()]),
+            ServiceFailure::Refused(refusal) => Self::refused(refusal, target),
+            ServiceFailure::TimedOut { request, timed_out } => Self::timed_out(request, timed_out, behind),
             ServiceFailure::GivenUp { request, given_up } => {
                 let (carried_out, known) = fate(given_up.fate);
+                let text = vec![format!("interrupted in {}", named(request)), known.to_owned()];
                 Self {
                     out: Some(request.word().to_string()),
                     carried_out: Some(carried_out),
-                    text: vec![format!("interrupted in {}", named(request)), known.to_owned()],
-                    ..blank("given_up", Ends::NoAnswer)
+                    ..Self::told("given_up", Ends::NoAnswer, text)
                 }
             }
-            ServiceFailure::ErrorPending { shown } => Self {
-                text: vec![
+            ServiceFailure::ErrorPending { shown } => {
+                let text = vec![
                     format!("IN shows {shown}: an error is pending, and nothing was sent"),
                     "run `encoring check` first: it tells which error it is, and ends it if it is over; the position \
                      may jump"
                         .to_owned(),
-                ],
-                ..blank("error_pending", Ends::Refused)
-            },
-            ServiceFailure::Unreadable { parameter } => Self {
-                text: vec![format!(
+                ];
+                Self::told("error_pending", Ends::Refused, text)
+            }
+            ServiceFailure::Unreadable { parameter } => {
+                let text = format!(
                     "{} reads as 0 while an error is pending, and so does a record that cannot be read; run \
                      `encoring check`",
                     parameter.key()
-                )],
-                ..blank("unreadable", Ends::NoAnswer)
-            },
-            ServiceFailure::Bus(ref error) => {
-                let (kind, ends) = match error {
-                    MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {
-                        ("another_master", Ends::Refused)
-                    }
-                    MasterError::Bus(BusError::NoEncoder { .. }) => ("no_bus", Ends::BadInput),
-                    MasterError::Misread { .. } => ("misread", Ends::NoAnswer),
-                    MasterError::Interrupted => ("given_up", Ends::NoAnswer),
-                    _ => ("no_bus", Ends::NoAnswer),
-                };
-                let mut text = vec![error.to_string()];
-                if let MasterError::OtherMaster { .. } = error {
-                    text.push(format!(
-                        "if no PLC works with this encoder, a command was ended before it could take the bit back: \
-                         `encoring release --at {}` shows it and clears it",
-                        target.position
-                    ));
-                }
-                Self { text, ..blank(kind, ends) }
+                );
+                Self::told("unreadable", Ends::NoAnswer, vec![text])
             }
+            ServiceFailure::Bus(ref error) => Self::of_bus(error, target),
         }
+    }
+
+    /// Only words.
+    const fn told(kind: &'static str, ends: Ends, text: Vec<String>) -> Self {
+        Self { kind, out: None, waited_for: None, carried_out: None, status: None, text, ends }
+    }
+
+    fn refused(refusal: Refusal, target: Target) -> Self {
+        let Refusal { request, check, repeated } = refusal;
+        let mut text = vec![format!("the encoder refused {}", named(request))];
+        if repeated {
+            text.push("it was repeated and refused again".to_owned());
+        }
+        text.extend(other_model(request, check, target));
+        if check.is_none() {
+            text.push("an error is pending now: `encoring check` tells which".to_owned());
+        }
+        Self {
+            out: Some(request.word().to_string()),
+            status: check.map(|check| StatusView::of(check, target.model)),
+            ..Self::told("refused", Ends::Refused, text)
+        }
+    }
+
+    fn timed_out(request: Request, timed_out: TimedOut, behind: Option<&BusError>) -> Self {
+        let TimedOut { waited_for, fate: known, .. } = timed_out;
+        let (carried_out, known) = fate(known);
+        let mut text = vec![format!("no answer to {}: {timed_out}", named(request)), known.to_owned()];
+        if waited_for == WaitedFor::Normal && timed_out.last.is_some_and(InWord::service_bit) {
+            text.push(
+                "IN shows what could be a reply, and was not asked for here: another master is at work, or the halves \
+                 of the words are exchanged; `encoring probe` tells, while the shaft turns"
+                    .to_owned(),
+            );
+        }
+        text.extend(behind.map(|error| format!("the bus said: {error}")));
+        Self {
+            out: Some(request.word().to_string()),
+            waited_for: Some(match waited_for {
+                WaitedFor::Normal => "normal",
+                WaitedFor::Acknowledgement => "acknowledgement",
+                WaitedFor::End => "end",
+            }),
+            carried_out: Some(carried_out),
+            ..Self::told("timed_out", Ends::NoAnswer, text)
+        }
+    }
+
+    fn of_bus(error: &MasterError, target: Target) -> Self {
+        let (kind, ends) = match error {
+            MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {
+                ("another_master", Ends::Refused)
+            }
+            MasterError::Bus(BusError::NoEncoder { .. }) => ("no_bus", Ends::BadInput),
+            MasterError::Misread { .. } => ("misread", Ends::NoAnswer),
+            MasterError::Interrupted => ("given_up", Ends::NoAnswer),
+            _ => ("no_bus", Ends::NoAnswer),
+        };
+        let mut text = vec![error.to_string()];
+        if let MasterError::OtherMaster { .. } = error {
+            text.push(format!(
+                "if no PLC works with this encoder, a command was ended before it could take the bit back: \
+                 `encoring release --at {}` shows it and clears it",
+                target.position
+            ));
+        }
+        Self::told(kind, ends, text)
     }
 
     /// The same with where the gateway is, if it is about the gateway.
