@@ -296,15 +296,9 @@ impl InView {
         let mut remarks = Vec::new();
         let mut told = false;
         if foreign {
-            let sender = match models {
-                [model] => model.name(),
-                _ => "encoder",
-            };
-            let mut reasons = judged.iter().flatten().map(Foreign::to_string);
-            let first = reasons.next().unwrap_or_default();
-            // Reasons that differ stand with their models.
-            told = reasons.all(|reason| reason == first);
-            remarks.push(format!("no {sender} sends this{}", if_set(told, &format!(": {first}"))));
+            let (remark, all_told) = no_sender(&judged, models);
+            told = all_told;
+            remarks.push(remark);
         }
         if word.error_bit() {
             remarks.extend(error_advice(word).map(str::to_owned));
@@ -352,6 +346,19 @@ impl InView {
             remarks,
         }
     }
+}
+
+/// That nobody sends a word, and whether with that the reasons of all models are told: if they are one.
+fn no_sender(judged: &[Option<Foreign>], models: &[Model]) -> (String, bool) {
+    let sender = match models {
+        [model] => model.name(),
+        _ => "encoder",
+    };
+    let mut reasons = judged.iter().flatten().map(Foreign::to_string);
+    let first = reasons.next().unwrap_or_default();
+    // Reasons that differ stand with their models.
+    let told = reasons.all(|reason| reason == first);
+    (format!("no {sender} sends this{}", if_set(told, &format!(": {first}"))), told)
 }
 
 /// What to do about an error bit.
