@@ -7,7 +7,7 @@ use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session
 use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Answered, Bus, BusError};
+use crate::bus::{Answered, Bus, BusError, Cause};
 use crate::misread::{Misread, can_be_sent};
 
 /// So many words in a row that no encoder sends are not torn: the gateway makes them so.
@@ -201,6 +201,14 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.stops > 1
     }
 
+    /// Keeps an error, and gives what it comes to: that the next attempt to connect is not due yet hides no reason.
+    fn met(&mut self, error: BusError) -> BusError {
+        match (&self.last_error, &error) {
+            (Some(reason), BusError::NoConnection(Cause::Waiting { .. })) => reason.clone(),
+            _ => self.last_error.insert(error).clone(),
+        }
+    }
+
     /// Reads OUT, until it can be read. Whoever finds no service bit there has seen ours gone.
     fn read_out(&mut self) -> Result<OutWord, MasterError> {
         let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
@@ -269,9 +277,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Ok(found) => return Ok(found),
                 Err(problem) => problem,
             };
-            if let MasterError::Bus(error) = &problem {
-                self.last_error = Some(error.clone());
-            }
+            let problem = match problem {
+                MasterError::Bus(error) => MasterError::Bus(self.met(error)),
+                problem => problem,
+            };
             asked += 1;
             let time = self.bus.now().since(since) < patience;
             let patient = asked < self.timing.patience_polls || time && !is_refused(&problem);
@@ -310,7 +319,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Some(Seen { input, age: cycle.age })
             }
             Err(error) => {
-                self.last_error = Some(error);
+                self.met(error);
                 if write.is_some() {
                     self.written = None;
                 }

@@ -11,8 +11,8 @@ use std::time::Duration as Real;
 use clap::Args;
 use encoring_encoder::Unit;
 use encoring_files::Existing;
-use encoring_modbus::{RegisterMap, ServerCounts, WordOrder};
-use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
+use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, WordOrder};
+use encoring_sim::scenario::{BUILT_IN, GatewayFaultText, NO_LEVEL};
 use encoring_sim::{Scenario, Shown, World};
 use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_trace::wave::Format as WaveFormat;
@@ -59,7 +59,7 @@ Examples:
 /// Ends on Ctrl-C, on SIGTERM, after --for and when nobody reads its output any more, with the memories saved. Exit
 /// codes: 0; 2 refused before the start; 3 output, recording or memories could not be written.
 #[derive(Args)]
-#[command(after_help = format!("{EXAMPLES}{}", fault::help()))]
+#[command(after_help = format!("{EXAMPLES}{}", fault::help() + &fault::gateway_help()))]
 pub(crate) struct Arguments {
     /// What hangs on the ring and what happens to it.
     scenario: Option<PathBuf>,
@@ -95,6 +95,9 @@ pub(crate) struct Arguments {
     level: Option<Infallible>,
     #[command(flatten)]
     faults: Faults,
+    /// How the Modbus server misbehaves, as gateways do; may be repeated. Kinds below
+    #[arg(long = "gateway-fault", value_name = "FAULT")]
+    gateway_faults: Vec<GatewayFault>,
     /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
     /// signals over time for GTKWave: words, lamps and what the master says, once a cycle.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
@@ -155,10 +158,29 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut scenario = scenario.map_err(bad_input)?;
     fault::add(&arguments.faults, &mut scenario)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(simulate(arguments, &scenario))
+    let faults = gateway_faults(arguments, &scenario)?;
+    runtime.block_on(simulate(arguments, &scenario, faults))
 }
 
-async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, Failure> {
+/// The faults of the gateway, of the scenario and of the command line.
+fn gateway_faults(arguments: &Arguments, scenario: &Scenario) -> Result<GatewayFaults, Failure> {
+    let faults = GatewayFaults::default();
+    for GatewayFaultText { line, fault } in &scenario.gateway_faults {
+        let file = arguments.scenario.as_deref().unwrap_or(Path::new("the built-in scenario")).display();
+        let refused = |error| bad_input(format!("{file}, line {line}: {error}"));
+        faults.add(fault.parse().map_err(refused)?).map_err(refused)?;
+    }
+    for fault in &arguments.gateway_faults {
+        faults.add(*fault).map_err(|error| bad_input(format!("--gateway-fault {fault}: {error}")))?;
+    }
+    Ok(faults)
+}
+
+async fn simulate(
+    arguments: &Arguments,
+    scenario: &Scenario,
+    faults: GatewayFaults,
+) -> Result<Answer, Failure> {
     // From here on a signal ends the simulation in order, also between its first line and its first wait.
     let signalled = Arc::new(Notify::new());
     let for_handler = Arc::clone(&signalled);
@@ -181,6 +203,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
     let station = Station::start(world, options)?;
     let keeper = memories.map(|folder| Keeper::start(station.handle().clone(), folder, units.clone()));
     let served = modbus.is_some().then(Arc::<ServerCounts>::default);
+    let modbus = modbus.map(|listener| (listener, faults));
     let stop = serve(arguments, &station, modbus, control, units, served.clone());
 
     // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
@@ -220,7 +243,7 @@ async fn simulate(arguments: &Arguments, scenario: &Scenario) -> Result<Answer, 
 fn serve(
     arguments: &Arguments,
     station: &Station,
-    modbus: Option<TcpListener>,
+    modbus: Option<(TcpListener, GatewayFaults)>,
     control: Option<TcpListener>,
     units: Vec<Unit>,
     served: Option<Arc<ServerCounts>>,
@@ -230,7 +253,7 @@ fn serve(
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
-    if let Some((listener, counters)) = modbus.zip(served) {
+    if let Some(((listener, faults), counters)) = modbus.zip(served) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,
             word_order: arguments.word_order,
@@ -239,7 +262,9 @@ fn serve(
         };
         let image = station.handle().image().clone();
         let until = until_stopped(stopped.clone());
-        tokio::spawn(encoring_modbus::serve(listener, image, options, counters, until));
+        tokio::spawn(encoring_modbus::server::serve_faulty(
+            listener, image, options, counters, faults, until,
+        ));
     }
     if let Some(listener) = control {
         let options = encoring_control::Options::default();

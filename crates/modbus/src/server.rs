@@ -11,20 +11,27 @@ use std::time::Duration;
 
 use encoring_bus::SharedImage;
 use futures_util::{SinkExt, StreamExt};
-use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
-use tokio_util::codec::Framed;
+use tokio_util::bytes::BytesMut;
+use tokio_util::codec::{Encoder, Framed};
 
 use crate::counters::{Open, ServerCounts};
 use crate::frame::{Codec, Frame, FrameError};
-use crate::pdu::respond;
+use crate::gateway_fault::{GatewayFaults, GatewayMisdeed, sets_a_service_bit};
+use crate::pdu::{Pdu, respond};
 use crate::place::WordOrder;
 use crate::registers::RegisterMap;
 
 /// After an accept error, so that a lasting one (no file descriptor left) does not take the processor with it.
 const ACCEPT_BACK_OFF: Duration = Duration::from_millis(10);
+
+/// Bytes of an answer that comes in two segments in the first, in the middle of its header.
+const FIRST_SEGMENT: usize = 5;
+/// The time between the two.
+const BETWEEN_SEGMENTS: Duration = Duration::from_millis(5);
 
 /// What a server may be told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,8 +68,20 @@ pub async fn serve(
     counters: Arc<ServerCounts>,
     stop: impl Future<Output = ()>,
 ) {
+    serve_faulty(listener, image, options, counters, GatewayFaults::default(), stop).await;
+}
+
+/// The same with the faults of a gateway.
+pub async fn serve_faulty(
+    listener: TcpListener,
+    image: SharedImage,
+    options: Options,
+    counters: Arc<ServerCounts>,
+    faults: GatewayFaults,
+    stop: impl Future<Output = ()>,
+) {
     let accept = |context: &mut Context<'_>| listener.poll_accept(context).map_ok(|(socket, _)| socket);
-    serve_from(accept, image, options, counters, stop).await;
+    serve_from(accept, image, options, counters, faults, stop).await;
 }
 
 async fn serve_from(
@@ -70,6 +89,7 @@ async fn serve_from(
     image: SharedImage,
     options: Options,
     counters: Arc<ServerCounts>,
+    faults: GatewayFaults,
     stop: impl Future<Output = ()>,
 ) {
     let mut stop = pin!(stop);
@@ -83,13 +103,15 @@ async fn serve_from(
             accepted = std::future::poll_fn(&mut accept) => accepted,
         };
         match accepted {
+            // It hears that nobody is there.
+            Ok(socket) if faults.is_dead() => drop(socket),
             Ok(socket) if connections.len() < options.connections => {
                 // Only a matter of speed, so a socket that refuses is served all the same.
                 let _ = socket.set_nodelay(true);
                 let open = Open::new(Arc::clone(&counters));
-                let (image, counters) = (image.clone(), Arc::clone(&counters));
+                let (image, counters, faults) = (image.clone(), Arc::clone(&counters), faults.clone());
                 connections.spawn(async move {
-                    converse(socket, &image, options, &counters).await;
+                    converse(socket, &image, options, &counters, &faults).await;
                     drop(open);
                 });
             }
@@ -112,6 +134,7 @@ async fn converse(
     image: &SharedImage,
     options: Options,
     counters: &ServerCounts,
+    faults: &GatewayFaults,
 ) {
     let mut stream = Framed::new(stream, Codec);
     loop {
@@ -126,18 +149,61 @@ async fn converse(
             }
             Some(Err(FrameError::Line(_))) | None => return,
         };
+        let misdeeds = faults.request();
+        if faults.is_dead() {
+            return;
+        }
+        if misdeeds.has(GatewayMisdeed::Silent) {
+            continue;
+        }
         let Options { layout, word_order, .. } = options;
-        let pdu = image.with(|image| respond(pdu.as_bytes(), image, layout, word_order));
+        let asked = misdeeds.through(pdu.as_bytes());
+        let pdu = match misdeeds.exception(&asked) {
+            Some(code) => Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]),
+            None => image.with(|image| respond(&asked, image, layout, word_order)),
+        };
         counters.requests.add_one();
         if pdu.is_exception() {
             counters.exceptions.add_one();
         }
-        match timeout(options.idle, stream.send(Frame { transaction, unit, pdu })).await {
+        if misdeeds.has(GatewayMisdeed::Dead) && sets_a_service_bit(&asked) {
+            return faults.die();
+        }
+        if misdeeds.has(GatewayMisdeed::Drop) {
+            continue;
+        }
+        if misdeeds.late() > Duration::ZERO {
+            sleep(misdeeds.late()).await;
+        }
+        let transaction = transaction.wrapping_add(u16::from(misdeeds.has(GatewayMisdeed::Transaction)));
+        let unit = misdeeds.unit().unwrap_or(unit);
+        let answer = Frame { transaction, unit, pdu: Pdu::of(misdeeds.back(pdu.as_bytes())) };
+        let sent = async {
+            if misdeeds.has(GatewayMisdeed::Split) {
+                in_two(stream.get_mut(), answer).await
+            } else {
+                stream.send(answer).await
+            }
+        };
+        match timeout(options.idle, sent).await {
+            Ok(Ok(())) if misdeeds.has(GatewayMisdeed::Close) => return,
             Ok(Ok(())) => {}
             Ok(Err(_)) => return,
             Err(_) => return counters.closed_idle.add_one(),
         }
     }
+}
+
+/// Sends an answer in two segments.
+async fn in_two(stream: &mut (impl AsyncWrite + Unpin), answer: Frame) -> Result<(), FrameError> {
+    let mut bytes = BytesMut::new();
+    Codec.encode(answer, &mut bytes)?;
+    let (head, tail) = bytes.split_at_checked(FIRST_SEGMENT).unwrap_or((&bytes, &[]));
+    stream.write_all(head).await?;
+    stream.flush().await?;
+    sleep(BETWEEN_SEGMENTS).await;
+    stream.write_all(tail).await?;
+    Ok(stream.flush().await?)
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use encoring_encoder::{Magnet, Unit};
-use encoring_files::read_text;
 use encoring_files::toml_text::{self, Misfit, Wrong};
+use encoring_files::{line_at, read_text};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, Ident};
 use encoring_words::{Duration, Instant};
@@ -15,7 +15,7 @@ use encoring_words::{Duration, Instant};
 use crate::fault::Fault;
 use crate::memory::CellFault;
 use crate::motion::Motion;
-use tables::{FileTable, devices};
+use tables::{FileTable, GatewayFaultTable, devices};
 
 mod occurrence;
 mod recorded;
@@ -62,6 +62,17 @@ pub struct Scenario {
     pub devices: Vec<Device>,
     /// What happens, in order of time.
     pub events: Vec<Event>,
+    /// How the gateway before the ring misbehaves. What the texts mean the gateway knows.
+    pub gateway_faults: Vec<GatewayFaultText>,
+}
+
+/// A fault of the gateway before a ring, as a scenario's `[[gateway_fault]]` has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GatewayFaultText {
+    /// The line of the file, from 1.
+    pub line: usize,
+    /// What stands there.
+    pub fault: String,
 }
 
 /// One encoder of the ring.
@@ -193,11 +204,11 @@ impl Scenario {
     /// [`ScenarioError`] naming the place.
     pub fn parse(file: &str, text: &str, beside: &Path) -> Result<Self, ScenarioError> {
         let read = toml_text::parse(text)
-            .and_then(|table| Self::of(&table, beside).map_err(|wrong| wrong.in_text(text)));
+            .and_then(|table| Self::of(&table, text, beside).map_err(|wrong| wrong.in_text(text)));
         read.map_err(|Misfit { line, problem }| ScenarioError { file: file.to_owned(), line, problem })
     }
 
-    fn of(table: &FileTable, beside: &Path) -> Result<Self, Wrong> {
+    fn of(table: &FileTable, text: &str, beside: &Path) -> Result<Self, Wrong> {
         if table.version != 1 {
             let problem = format!("version {}; this program reads version 1", table.version);
             return Err(Wrong::at("version", problem));
@@ -215,7 +226,12 @@ impl Scenario {
         }
         // Stable: events at the same time happen in the order of the file.
         events.sort_by_key(|event| event.at);
-        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events })
+        let gateway_faults = table.gateway_fault.iter().map(|GatewayFaultTable { fault }| GatewayFaultText {
+            line: line_at(text, fault.span().start),
+            fault: fault.get_ref().clone(),
+        });
+        let gateway_faults = gateway_faults.collect();
+        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events, gateway_faults })
     }
 }
 

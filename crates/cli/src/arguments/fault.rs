@@ -1,6 +1,7 @@
 //! Faults beside what a scenario has.
 
 use clap::Args;
+use encoring_modbus::gateway_fault::{FORMS, MAX_FORM};
 use encoring_sim::{Fault, Occurrence, Scenario};
 
 use crate::output::{Failure, bad_input};
@@ -27,6 +28,18 @@ pub(crate) fn help() -> String {
          at the encoder at position PLACE:{}",
         kinds(Fault::is_of_line),
         kinds(|fault| !fault.is_of_line())
+    )
+}
+
+/// The same for the faults of a gateway.
+pub(crate) fn gateway_help() -> String {
+    let kinds: String = FORMS
+        .iter()
+        .chain([&MAX_FORM])
+        .map(|(form, meaning)| format!("\n    {form:<13} {meaning}"))
+        .collect();
+    format!(
+        "\n\nGateway faults: KIND[=VALUE][@TIME][+TIME], from TIME after the start (0) for TIME (for good):{kinds}"
     )
 }
 

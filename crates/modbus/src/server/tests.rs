@@ -338,7 +338,9 @@ fn converse_with(capacity: usize) -> (DuplexStream, Arc<ServerCounts>, JoinHandl
     let task = {
         let counters = Arc::clone(&counters);
         let image = SharedImage::new(image(ENCODERS));
-        tokio::spawn(async move { converse(stream, &image, Options::default(), &counters).await })
+        tokio::spawn(async move {
+            converse(stream, &image, Options::default(), &counters, &GatewayFaults::default()).await
+        })
     };
     (client, counters, task)
 }
@@ -396,7 +398,14 @@ async fn accept_errors_are_counted_and_do_not_end_the_server() {
     };
     let counters = Arc::new(ServerCounts::default());
     let image = SharedImage::new(image(ENCODERS));
-    let served = serve_from(accept, image, Options::default(), Arc::clone(&counters), std::future::pending());
+    let served = serve_from(
+        accept,
+        image,
+        Options::default(),
+        Arc::clone(&counters),
+        GatewayFaults::default(),
+        std::future::pending(),
+    );
     let served = tokio::spawn(served);
     let mut client = TcpStream::connect(address).await.unwrap();
     assert_eq!(ask(&mut client, &[4, 0, 0, 0, 1]).await, [4, 2, 0x80, 0x00]);
@@ -410,7 +419,8 @@ async fn a_lasting_accept_error_is_met_with_patience_and_can_be_stopped() {
     let counters = Arc::new(ServerCounts::default());
     let image = SharedImage::new(image(ENCODERS));
     let stop = sleep(Duration::from_secs(1));
-    serve_from(accept, image, Options::default(), Arc::clone(&counters), stop).await;
+    serve_from(accept, image, Options::default(), Arc::clone(&counters), GatewayFaults::default(), stop)
+        .await;
     let errors = counters.snapshot().accept_errors;
     assert!((50..=100).contains(&errors), "{errors} errors in a second");
 }

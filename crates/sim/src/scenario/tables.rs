@@ -36,6 +36,14 @@ pub(super) struct FileTable {
     pub(super) device: Vec<DeviceTable>,
     #[serde(default)]
     pub(super) event: Vec<EventTable>,
+    #[serde(default)]
+    pub(super) gateway_fault: Vec<GatewayFaultTable>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct GatewayFaultTable {
+    pub(super) fault: toml::Spanned<String>,
 }
 
 #[derive(Default, Deserialize)]

@@ -1,0 +1,162 @@
+//! The master's commands through a gateway that misbehaves, as their users run both.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    missing_docs,
+    reason = "a test may panic"
+)]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+/// A simulated ring behind a gateway with faults; it ends with the test.
+struct Gateway {
+    program: Child,
+    /// Nobody reads on, but a pipe that is closed would end it.
+    _lines: BufReader<ChildStdout>,
+    address: String,
+    /// The control port.
+    control: String,
+}
+
+impl Gateway {
+    /// A CE-65-M that stands at 5000 and one that moves.
+    fn start(folder: &Path, faults: &[&str]) -> Self {
+        let device = |position: usize, motion: &str| {
+            format!("[[device]]\nposition = {position}\nmodel = \"ce-65-m\"\nmotion = {{ {motion} }}\n")
+        };
+        let (stands, moves) =
+            ("kind = \"hold\", raw = 5000", "kind = \"speed\", per_s = 3000.0, start = 70000");
+        let file = folder.join("ring.toml");
+        fs::write(&file, format!("version = 1\n{}{}", device(0, stands), device(1, moves))).unwrap();
+        let mut command = Command::new(PROGRAM);
+        command.args(["sim", "--format", "json", "--modbus", "0", "--control", "0"]).arg(file);
+        for fault in faults {
+            command.args(["--gateway-fault", fault]);
+        }
+        let mut program = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(program.stdout.take().unwrap());
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let [address, control] =
+            ["modbus", "control"].map(|name| listening[name].as_str().unwrap().to_owned());
+        Self { program, _lines: lines, address, control }
+    }
+
+    /// Runs a command on the encoder at `at`; short time-outs, as this machine answers at once.
+    fn run(&self, command: &str, at: usize, options: &str) -> (Option<i32>, serde_json::Value, String) {
+        let bus = format!("modbus-tcp://{}?timeout_ms=200&settle_ms=5{options}", self.address);
+        let mut arguments: Vec<&str> = command.split(' ').collect();
+        let at = at.to_string();
+        arguments.extend(["--bus", &bus, "--at", &at, "--model", "ce-65-m", "--format", "json"]);
+        let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+        let printed = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        (output.status.code(), printed, String::from_utf8(output.stderr).unwrap())
+    }
+
+    /// What OUT and the position of the encoder at 0 really are.
+    fn truth(&self) -> (String, u64) {
+        use std::io::Write;
+        let mut control = std::net::TcpStream::connect(&self.control).unwrap();
+        control.write_all(b"{\"verb\":\"view\"}\n").unwrap();
+        let mut line = String::new();
+        BufReader::new(control).read_line(&mut line).unwrap();
+        let view: serde_json::Value = serde_json::from_str(&line).unwrap();
+        let device = view.pointer("/view/devices/0").or_else(|| view.pointer("/view/encoders/0"));
+        let device = device.unwrap_or_else(|| panic!("{line}"));
+        let input = u64::from_str_radix(device["in"].as_str().unwrap(), 16).unwrap();
+        (device["out"].as_str().unwrap().to_owned(), input)
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+#[test]
+fn one_late_answer_ends_no_command_wherever_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    for late in [1, 4, 16, 40] {
+        let gateway = Gateway::start(folder.path(), &[&format!("late=500#{late}")]);
+        let (code, view, told) = gateway.run("write numerator 5000 --yes --no-backup", 0, "");
+        assert_eq!((code, &view["result"]), (Some(0), &"verified".into()), "{late}: {view} {told}");
+    }
+    for late in (1..40).step_by(3) {
+        let gateway = Gateway::start(folder.path(), &[&format!("late=500#{late}")]);
+        let (code, view, told) = gateway.run("preset 7 --yes", 0, "");
+        let (out, input) = gateway.truth();
+        assert_eq!(u32::from_str_radix(&out, 16).unwrap() >> 31, 0, "{late}: {out}");
+        assert_eq!(code == Some(0), input == 7, "{late}: {input} {view} {told}");
+        assert_eq!(code, Some(0), "{late}: {view} {told}");
+    }
+}
+
+#[test]
+fn every_command_works_through_a_gateway_that_closes_behind_each_answer_or_sends_it_in_two() {
+    let folder = tempfile::tempdir().unwrap();
+    for fault in ["close", "split", "max=2", "busy@0s+50ms"] {
+        let gateway = Gateway::start(folder.path(), &[fault]);
+        for command in ["read all", "check --yes", "preset 7 --yes", "write numerator 5000 --yes --no-backup"]
+        {
+            let (code, view, told) = gateway.run(command, 0, "");
+            assert_eq!(code, Some(0), "{fault}, {command}: {view} {told}");
+        }
+    }
+}
+
+#[test]
+fn what_differs_in_an_answer_is_told_with_both_values_and_the_option() {
+    let folder = tempfile::tempdir().unwrap();
+    for (fault, says, option) in [
+        ("unit=0", "unit 0 instead of 1", "&accept=unit"),
+        ("transaction", "transaction number 1 instead of 0", "&accept=transaction"),
+        (
+            "swapped",
+            "with its halves exchanged it is 00001388, a position. What cures it: order=low-first",
+            "&order=low-first",
+        ),
+    ] {
+        let gateway = Gateway::start(folder.path(), &[fault]);
+        let (code, _, told) = gateway.run("read 02", 0, "");
+        assert_eq!(code, Some(3), "{told}");
+        assert!(told.contains(says) && told.contains(&gateway.address), "{told}");
+        assert!(told.contains(option.trim_start_matches('&')), "{told}");
+        let (code, view, told) = gateway.run("read 02", 0, option);
+        assert_eq!(code, Some(0), "{fault}: {view} {told}");
+    }
+}
+
+#[test]
+fn a_service_bit_on_a_dead_link_is_told_and_can_be_released_when_it_is_back() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in
+        ["read 02 --patience 600ms", "check --yes --patience 600ms", "preset 7 --yes --patience 600ms"]
+    {
+        let gateway = Gateway::start(folder.path(), &["dead+4s"]);
+        let (code, view, told) = gateway.run(command, 0, "");
+        let (out, _) = gateway.truth();
+        assert_eq!(u32::from_str_radix(&out, 16).unwrap() >> 31, 1, "{command}: {out}");
+        assert_eq!((code, &view["service_bit_left"]), (Some(3), &out.clone().into()), "{command}: {told}");
+        assert!(told.contains(&out) && told.contains("encoring release --at 0"), "{command}: {told}");
+        // Until the link is back nobody answers.
+        let released = loop {
+            let bus = format!("modbus-tcp://{}?timeout_ms=200", gateway.address);
+            let arguments = ["release", "--bus", &bus, "--at", "0", "--yes"];
+            let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+            if output.status.code() != Some(3) {
+                break output;
+            }
+        };
+        assert_eq!(released.status.code(), Some(0), "{}", String::from_utf8(released.stderr).unwrap());
+        assert_eq!(u32::from_str_radix(&gateway.truth().0, 16).unwrap() >> 31, 0);
+    }
+}

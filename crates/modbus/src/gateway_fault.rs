@@ -1,0 +1,466 @@
+//! How the server misbehaves as gateways of the field do, so that masters can be tried against it.
+//!
+//! As a text: `KIND[=VALUE][@TIME][+TIME]`, from TIME after the start (0) for TIME (for good). [`FORMS`] lists the kinds.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// Every kind with what it does.
+pub const FORMS: [(&str, &str); 13] = [
+    ("silent", "no request is answered or carried out"),
+    ("late=MS", "every answer comes so much later"),
+    ("late=MS#N", "the answer to request N does, counted from 1 over all connections"),
+    ("busy", "exception 06, and nothing is carried out"),
+    ("exception=NN", "this exception, in hexadecimal, and nothing is carried out"),
+    ("drop", "requests are carried out and not answered"),
+    (
+        "dead",
+        "after the first write that sets a service bit no answer and no connection, until +TIME is over",
+    ),
+    ("close", "the connection is closed behind each answer"),
+    ("split", "each answer comes in two segments"),
+    ("garbled", "one byte of each answer is changed"),
+    ("swapped", "the halves of every 32-bit word are exchanged, of those read and of those written"),
+    ("unit=N", "answers come from unit N"),
+    ("transaction", "answers have a transaction number of one more"),
+];
+/// The same; it is apart because it is refused and not spoilt.
+pub const MAX_FORM: (&str, &str) = ("max=N", "exception 03 to a read of more than N registers");
+
+const HOUR: Duration = Duration::from_secs(3_600);
+/// No answer is later than this.
+const LATE_MAX: Duration = HOUR;
+/// No fault begins or lasts longer.
+const TIME_MAX: Duration = Duration::from_secs(366 * 24 * 3_600);
+/// As many faults at one time.
+const FAULTS_MAX: usize = 64;
+
+/// What a gateway does wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum GatewayMisdeed {
+    /// No request is answered or carried out.
+    Silent,
+    /// Answers come later.
+    Late {
+        /// By so much.
+        by: Duration,
+        /// The answer to this request only, counted from 1.
+        request: Option<u64>,
+    },
+    /// Every request is refused. 06 is `busy`.
+    Exception(u8),
+    /// No answer is sent.
+    Drop,
+    /// After the first write that sets a service bit nothing is there any more.
+    Dead,
+    /// The connection is closed behind each answer.
+    Close,
+    /// Answers come in two segments.
+    Split,
+    /// One byte of the PDU of each answer is changed.
+    Garbled,
+    /// The halves of words are exchanged.
+    Swapped,
+    /// Answers come from this unit.
+    Unit(u8),
+    /// Answers have the next transaction number.
+    Transaction,
+    /// Reads of more registers are refused with exception 03.
+    Max(u16),
+}
+
+/// What a gateway does wrong, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GatewayFault {
+    /// What.
+    pub misdeed: GatewayMisdeed,
+    /// From this time on.
+    pub after: Duration,
+    /// For so long; `None` for good.
+    pub lasting: Option<Duration>,
+}
+
+/// Why a text is no fault of a gateway.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum GatewayFaultError {
+    /// There is no such kind.
+    #[error("gateway fault {given:?}; there are {}", kinds())]
+    Kind {
+        /// What was given.
+        given: String,
+    },
+    /// A value that the kind does not allow.
+    #[error("gateway fault {kind}: value {given:?}; it must be {allowed}")]
+    Value {
+        /// The kind.
+        kind: &'static str,
+        /// What was given.
+        given: String,
+        /// What may be.
+        allowed: &'static str,
+    },
+    /// No time.
+    #[error("time {given:?}; it must be like 5s, 200ms, 1m or 2h, up to a year")]
+    Time {
+        /// What was given.
+        given: String,
+    },
+    /// There are as many as there may be.
+    #[error("there are {FAULTS_MAX} gateway faults already")]
+    TooMany,
+}
+
+fn kinds() -> String {
+    let forms: Vec<_> = FORMS.iter().chain([&MAX_FORM]).map(|(form, _)| *form).collect();
+    forms.join(", ")
+}
+
+impl FromStr for GatewayFault {
+    type Err = GatewayFaultError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (rest, lasting) = match text.rsplit_once('+') {
+            Some((rest, lasting)) => (rest, Some(time(lasting)?)),
+            None => (text, None),
+        };
+        let (rest, after) = match rest.rsplit_once('@') {
+            Some((rest, after)) => (rest, time(after)?),
+            None => (rest, Duration::ZERO),
+        };
+        Ok(Self { misdeed: rest.parse()?, after, lasting })
+    }
+}
+
+impl FromStr for GatewayMisdeed {
+    type Err = GatewayFaultError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (kind, value) = match text.split_once('=') {
+            Some((kind, value)) => (kind, Some(value)),
+            None => (text, None),
+        };
+        let wrong = |kind, allowed| GatewayFaultError::Value {
+            kind,
+            given: value.unwrap_or_default().to_owned(),
+            allowed,
+        };
+        let of = value.unwrap_or_default();
+        match (kind, value) {
+            ("silent", None) => Ok(Self::Silent),
+            ("late", _) => {
+                late(of).ok_or_else(|| wrong("late", "milliseconds up to an hour, and #N for one request"))
+            }
+            ("busy", None) => Ok(Self::Exception(6)),
+            ("exception", _) => u8::from_str_radix(of, 16)
+                .ok()
+                .filter(|code| *code > 0 && of.len() <= 2)
+                .map(Self::Exception)
+                .ok_or_else(|| wrong("exception", "01 to FF")),
+            ("drop", None) => Ok(Self::Drop),
+            ("dead", None) => Ok(Self::Dead),
+            ("close", None) => Ok(Self::Close),
+            ("split", None) => Ok(Self::Split),
+            ("garbled", None) => Ok(Self::Garbled),
+            ("swapped", None) => Ok(Self::Swapped),
+            ("unit", _) => of.parse().map(Self::Unit).map_err(|_| wrong("unit", "0 to 255")),
+            ("transaction", None) => Ok(Self::Transaction),
+            ("max", _) => of
+                .parse()
+                .ok()
+                .filter(|registers| (1..=125).contains(registers))
+                .map(Self::Max)
+                .ok_or_else(|| wrong("max", "1 to 125")),
+            _ => Err(GatewayFaultError::Kind { given: text.to_owned() }),
+        }
+    }
+}
+
+fn late(text: &str) -> Option<GatewayMisdeed> {
+    let (millis, request) = match text.split_once('#') {
+        Some((millis, number)) => (millis, Some(number.parse().ok().filter(|number| *number > 0)?)),
+        None => (text, None),
+    };
+    let by = Duration::from_millis(millis.parse().ok()?);
+    (by <= LATE_MAX).then_some(GatewayMisdeed::Late { by, request })
+}
+
+fn time(text: &str) -> Result<Duration, GatewayFaultError> {
+    let refused = || GatewayFaultError::Time { given: text.to_owned() };
+    let digits = text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+    let (number, unit) = text.split_at_checked(digits).ok_or_else(refused)?;
+    let number: u64 = number.parse().map_err(|_| refused())?;
+    let millis = match unit {
+        "ms" => 1,
+        "" | "s" => 1_000,
+        "m" => 60_000,
+        "h" => 3_600_000,
+        _ => return Err(refused()),
+    };
+    let time = number.checked_mul(millis).map(Duration::from_millis);
+    time.filter(|time| *time <= TIME_MAX).ok_or_else(refused)
+}
+
+impl fmt::Display for GatewayMisdeed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Silent => f.write_str("silent"),
+            Self::Late { by, request: None } => write!(f, "late={}", by.as_millis()),
+            Self::Late { by, request: Some(request) } => write!(f, "late={}#{request}", by.as_millis()),
+            Self::Exception(6) => f.write_str("busy"),
+            Self::Exception(code) => write!(f, "exception={code:02X}"),
+            Self::Drop => f.write_str("drop"),
+            Self::Dead => f.write_str("dead"),
+            Self::Close => f.write_str("close"),
+            Self::Split => f.write_str("split"),
+            Self::Garbled => f.write_str("garbled"),
+            Self::Swapped => f.write_str("swapped"),
+            Self::Unit(unit) => write!(f, "unit={unit}"),
+            Self::Transaction => f.write_str("transaction"),
+            Self::Max(registers) => write!(f, "max={registers}"),
+        }
+    }
+}
+
+impl fmt::Display for GatewayFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.misdeed)?;
+        if self.after > Duration::ZERO {
+            write!(f, "@{}ms", self.after.as_millis())?;
+        }
+        self.lasting.map_or(Ok(()), |lasting| write!(f, "+{}ms", lasting.as_millis()))
+    }
+}
+
+/// The faults that a server has. Clones are of the same.
+#[derive(Clone, Debug, Default)]
+pub struct GatewayFaults(Arc<Mutex<Faults>>);
+
+#[derive(Debug, Default)]
+struct Faults {
+    /// Each with the time from which its own times count.
+    all: Vec<(Instant, GatewayFault)>,
+    requests: u64,
+    /// Until when nothing is there, once it has died.
+    dead: Option<Dead>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Dead {
+    Until(Instant),
+    ForGood,
+}
+
+/// What is wrong with one request and its answer.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Misdeeds {
+    number: u64,
+    of: Vec<GatewayMisdeed>,
+}
+
+impl GatewayFaults {
+    fn lock(&self) -> MutexGuard<'_, Faults> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds one; its times count from now.
+    ///
+    /// # Errors
+    /// [`GatewayFaultError::TooMany`].
+    pub fn add(&self, fault: GatewayFault) -> Result<(), GatewayFaultError> {
+        let mut faults = self.lock();
+        if faults.all.len() >= FAULTS_MAX {
+            return Err(GatewayFaultError::TooMany);
+        }
+        faults.all.push((Instant::now(), fault));
+        Ok(())
+    }
+
+    /// Ends every fault.
+    pub fn clear(&self) {
+        let mut faults = self.lock();
+        (faults.all, faults.dead) = (Vec::new(), None);
+    }
+
+    /// `true` while nothing is there.
+    pub(crate) fn is_dead(&self) -> bool {
+        match self.lock().dead {
+            Some(Dead::Until(end)) => Instant::now() < end,
+            Some(Dead::ForGood) => true,
+            None => false,
+        }
+    }
+
+    /// Counts a request, and says what is wrong with it.
+    pub(crate) fn request(&self) -> Misdeeds {
+        let mut faults = self.lock();
+        faults.requests += 1;
+        let number = faults.requests;
+        let now = Instant::now();
+        let on = |(since, fault): &(Instant, GatewayFault)| {
+            let begun = now.duration_since(*since).checked_sub(fault.after)?;
+            // How long it is dead counts from its death.
+            let over = fault.misdeed != GatewayMisdeed::Dead
+                && fault.lasting.is_some_and(|lasting| begun >= lasting);
+            (!over).then_some(fault.misdeed)
+        };
+        Misdeeds { number, of: faults.all.iter().filter_map(on).collect() }
+    }
+
+    /// It dies, and not a second time.
+    pub(crate) fn die(&self) {
+        let mut faults = self.lock();
+        let Some(index) = faults.all.iter().position(|(_, fault)| fault.misdeed == GatewayMisdeed::Dead)
+        else {
+            return;
+        };
+        let (_, fault) = faults.all.remove(index);
+        faults.dead = Some(match fault.lasting {
+            Some(lasting) => Dead::Until(Instant::now() + lasting),
+            None => Dead::ForGood,
+        });
+    }
+}
+
+impl Misdeeds {
+    pub(crate) fn has(&self, misdeed: GatewayMisdeed) -> bool {
+        self.of.contains(&misdeed)
+    }
+
+    /// The exception that is answered instead of carrying a request out.
+    pub(crate) fn exception(&self, request: &[u8]) -> Option<u8> {
+        self.of.iter().find_map(|misdeed| match (misdeed, request) {
+            (GatewayMisdeed::Exception(code), _) => Some(*code),
+            (GatewayMisdeed::Max(max), [3 | 4, _, _, high, low, ..])
+                if u16::from_be_bytes([*high, *low]) > *max =>
+            {
+                Some(3)
+            }
+            _ => None,
+        })
+    }
+
+    /// How late the answer is.
+    pub(crate) fn late(&self) -> Duration {
+        let late = self.of.iter().filter_map(|misdeed| match misdeed {
+            GatewayMisdeed::Late { by, request } if request.is_none_or(|request| request == self.number) => {
+                Some(*by)
+            }
+            _ => None,
+        });
+        late.max().unwrap_or_default()
+    }
+
+    /// The unit that answers.
+    pub(crate) fn unit(&self) -> Option<u8> {
+        self.of.iter().find_map(|misdeed| match misdeed {
+            GatewayMisdeed::Unit(unit) => Some(*unit),
+            _ => None,
+        })
+    }
+
+    /// The request as it gets through.
+    pub(crate) fn through(&self, request: &[u8]) -> Vec<u8> {
+        let mut request = request.to_vec();
+        if self.has(GatewayMisdeed::Swapped) && request.first() == Some(&16) {
+            exchange_halves(request.get_mut(6..).unwrap_or_default());
+        }
+        request
+    }
+
+    /// The answer as it comes back.
+    pub(crate) fn back(&self, answer: &[u8]) -> Vec<u8> {
+        let mut answer = answer.to_vec();
+        if self.has(GatewayMisdeed::Swapped) && matches!(answer.first(), Some(3 | 4)) {
+            exchange_halves(answer.get_mut(2..).unwrap_or_default());
+        }
+        if self.has(GatewayMisdeed::Garbled) {
+            let index = (self.number % answer.len().max(1) as u64) as usize;
+            if let Some(byte) = answer.get_mut(index) {
+                *byte ^= 0x55;
+            }
+        }
+        answer
+    }
+}
+
+/// What is no whole word stays.
+fn exchange_halves(registers: &mut [u8]) {
+    for word in registers.as_chunks_mut::<4>().0 {
+        word.rotate_left(2);
+    }
+}
+
+/// Whether a request writes an OUT word with its service bit: the first register of several.
+pub(crate) fn sets_a_service_bit(request: &[u8]) -> bool {
+    matches!(request, [16, _, _, _, _, _, first, ..] if first & 0x80 != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_that_is_printed_is_read_again() {
+        for text in [
+            "silent",
+            "late=2500",
+            "late=2500#17",
+            "busy",
+            "exception=0B",
+            "drop",
+            "dead",
+            "close",
+            "split",
+            "garbled",
+            "swapped",
+            "unit=0",
+            "transaction",
+            "max=16",
+            "dead+5000ms",
+            "busy@1000ms+200ms",
+            "silent@60000ms",
+        ] {
+            assert_eq!(text.parse::<GatewayFault>().unwrap().to_string(), text);
+        }
+        let fault: GatewayFault = "late=5@2m+1h".parse().unwrap();
+        assert_eq!((fault.after, fault.lasting), (Duration::from_secs(120), Some(HOUR)));
+        for (form, _) in FORMS.iter().chain([&MAX_FORM]) {
+            let text = form.replace("MS", "7").replace("#N", "#7").replace("=NN", "=0B").replace("=N", "=7");
+            text.parse::<GatewayFault>().unwrap_or_else(|error| panic!("{text}: {error}"));
+        }
+    }
+
+    #[test]
+    fn what_is_none_is_refused_with_what_there_is() {
+        for text in [
+            "",
+            "slow",
+            "late",
+            "late=x",
+            "late=1#0",
+            "exception=100",
+            "exception=0",
+            "unit=256",
+            "max=0",
+            "max=126",
+            "busy=1",
+            "silent@",
+            "silent@x",
+            "silent+1d",
+            "silent+99999999999999999999h",
+        ] {
+            text.parse::<GatewayFault>().unwrap_err();
+        }
+        let error = "slow".parse::<GatewayFault>().unwrap_err().to_string();
+        assert!(error.contains("late=MS#N") && error.contains("max=N"), "{error}");
+        let faults = GatewayFaults::default();
+        for _ in 0..FAULTS_MAX {
+            faults.add("close".parse().unwrap()).unwrap();
+        }
+        assert_eq!(faults.add("close".parse().unwrap()), Err(GatewayFaultError::TooMany));
+    }
+}
