@@ -13,8 +13,9 @@ use encoring_sim::state::{self, NotSaved, StateFolder};
 use crate::events::Happened;
 use crate::station::Handle;
 
-/// How often the memories are looked at: a change is in its file at most a second later.
-const LOOK_EVERY: Duration = Duration::from_millis(500);
+/// How often the memories are looked at. A change is in its file at most a second later, also on a disk that needs
+/// some hundred milliseconds until a file is safe.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 /// A thread that writes each memory to its file when it has changed. One that cannot be written is tried again with
 /// every look, and told as an event of the ring: once when it begins, and once when it is over.
