@@ -4,13 +4,12 @@ mod text;
 mod view;
 
 use clap::{Args, Subcommand};
-use encoring_host::RequestError;
-use encoring_host::scaling::Native;
-use encoring_words::Service;
-use encoring_words::model::SensorKind;
+use encoring_words::Model;
+use encoring_words::model::{MODELS, SensorKind};
 
-use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range};
-use crate::arguments::{Output, TypeLabel, built_with};
+use crate::arguments::range::{LinearArguments, RotaryRange, linear_range, rotary_range, shaft};
+use crate::arguments::{Output, TypeLabel};
+use crate::calculation::scaled;
 use crate::output::{Answer, Failure, bad_input};
 use view::CalcView;
 
@@ -66,24 +65,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 
 fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
     let TypeLabel { model, native } = arguments.label;
-    if let Some(model) = model {
-        if model.sensor_kind() == SensorKind::Linear {
-            return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
-        }
-        for service in [Service::MeasuringLength, Service::Numerator, Service::Denominator] {
-            if !service.known_to(model) {
-                return Err(bad_input(RequestError::Unknown { service, model }));
-            }
-        }
-        if let Some(native) = native {
-            built_with(model, native)?;
-        }
+    if let Some(model) = model.filter(|model| model.sensor_kind() == SensorKind::Linear) {
+        return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
     }
-    let native = native.and_then(Native::new).unwrap_or_default();
-    Ok(CalcView::rotary(&rotary_range(&arguments.range, native, model)?))
+    let built = |model: &Model| native.is_none_or(|native| model.steps_per_turn().contains(&native));
+    let Some(of) = model.or_else(|| scaled().find(built)) else {
+        return Err(bad_input("--native: no encoder with these steps per turn can be scaled"));
+    };
+    Ok(CalcView::rotary(&rotary_range(&arguments.range, shaft(of, native)?, model)?))
 }
 
 fn linear_view(arguments: &LinearArguments) -> Result<CalcView, Failure> {
-    let found = linear_range(arguments)?;
+    let Some(model) = MODELS.into_iter().find(|model| model.sensor_kind() == SensorKind::Linear) else {
+        return Err(bad_input("there is no encoder with a rod"));
+    };
+    let found = linear_range(arguments, model)?;
     Ok(CalcView::linear(arguments.length_mm, arguments.resolution_mm, found))
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use encoring_host::request::Request;
 use encoring_host::scaling::{
-    Choice, Deviation, Fraction, Linear, Native, Ratio, Rotary, Rounding, ZeroRisk,
+    Choice, Deviation, Fraction, Linear, Ratio, Rotary, RotaryScaling, Rounding, Shaft, ZeroRisk,
 };
 use encoring_words::model::{Demand, Listed, MODELS, Series, Takes};
 use encoring_words::{Model, Parameter, Service};
@@ -73,9 +73,22 @@ pub(crate) struct Asked {
     pub(crate) steps_per_turn: Ratio,
     /// If the steps were given as millimetres.
     pub(crate) mm_per_turn: Option<Ratio>,
-    pub(crate) native: Native,
+    pub(crate) shaft: Shaft,
     pub(crate) model: Option<Model>,
     pub(crate) found: Rotary,
+}
+
+/// The services of a shaft's scaling.
+pub(crate) const SCALING: [Service; 3] = [Service::MeasuringLength, Service::Numerator, Service::Denominator];
+
+/// The models whose scaling is programmed with these three.
+pub(crate) fn scaled() -> impl Iterator<Item = Model> {
+    MODELS.into_iter().filter(|model| SCALING.iter().all(|service| service.known_to(*model)))
+}
+
+/// What a calculation takes for the steps per turn if nobody says them.
+pub(crate) fn usual_steps_per_turn(model: Option<Model>) -> Option<u32> {
+    model.or_else(|| scaled().next())?.steps_per_turn().first().copied()
 }
 
 /// A number of things for people.
@@ -122,21 +135,22 @@ pub(crate) fn linear_notes(length_mm: Ratio, resolution_mm: Ratio, found: &Linea
 impl Asked {
     /// The models that it can be of.
     pub(crate) fn models(&self) -> Vec<Model> {
-        let asked = self.candidates().filter(|model| {
-            self.model.is_some() || model.steps_per_turn().contains(&self.native.steps_per_turn())
-        });
-        asked.collect()
+        let steps_per_turn = self.shaft.steps_per_turn();
+        self.candidates().filter(|model| self.taken_by(*model, steps_per_turn).is_some()).collect()
     }
 
-    /// The model asked for, or every one with the three services.
+    /// The model asked for, or every one that can be scaled.
     fn candidates(&self) -> impl Iterator<Item = Model> {
         let asked = self.model;
-        let scaled = |model: &Model| {
-            [Service::MeasuringLength, Service::Numerator, Service::Denominator]
-                .into_iter()
-                .all(|service| service.known_to(*model))
-        };
-        MODELS.into_iter().filter(move |model| asked.map_or_else(|| scaled(model), |asked| asked == *model))
+        scaled().filter(move |model| asked.is_none_or(|asked| asked == *model))
+    }
+
+    /// The shaft of a model whose services take the values, if there is one.
+    fn taken_by(&self, model: Model, steps_per_turn: u32) -> Option<Shaft> {
+        let shaft = Shaft::new(model, steps_per_turn).ok()?;
+        let RotaryScaling { fraction, .. } = self.found.scaling;
+        let fraction = Fraction::new(fraction.numerator(), fraction.denominator(), shaft).ok()?;
+        RotaryScaling::new(self.found.scaling.measuring_length(), fraction, shaft).ok().map(|_| shaft)
     }
 
     /// What a step really is.
@@ -189,7 +203,7 @@ impl Asked {
                 ),
             ));
         }
-        if scaling.too_large(self.native).is_none() {
+        if scaling.too_large(self.shaft).is_none() {
             self.preset_notes(&mut notes);
         }
         notes
@@ -198,7 +212,7 @@ impl Asked {
     fn turns_note(&self) -> Note {
         let chosen = &self.found.chosen;
         let (fraction, wanted) = (chosen.fraction, show(chosen.wanted));
-        let (most, finest) = (Fraction::MAX.numerator(), Fraction::MIN.denominator());
+        let (most, finest) = self.shaft.largest_parts();
         let text = match chosen.choice {
             Choice::AsGiven if fraction.denominator() != 1 && chosen.wanted.is_whole() => format!(
                 "{fraction}, as given; for a whole number of turns the manual wants the denominator 1: --turns {wanted}"
@@ -251,8 +265,8 @@ impl Asked {
     fn limit_notes(&self, notes: &mut Vec<Note>) {
         let scaling = self.found.scaling;
         let steps = show(scaling.steps_per_turn());
-        let plate = self.native.steps_per_turn();
-        let Some(instead) = scaling.too_large(self.native) else {
+        let plate = self.shaft.steps_per_turn();
+        let Some(instead) = scaling.too_large(self.shaft) else {
             notes
                 .push(note("2^14", format!("kept: {steps} steps per turn, the rating plate allows {plate}")));
             return;
@@ -264,34 +278,35 @@ impl Asked {
                  A8004000 and take nothing over. Do not program this. What works:"
             ),
         ));
-        let fraction = instead.smallest_fraction;
         let steps = Ratio::from(scaling.measuring_length() + 1);
-        notes.push(warning(
-            "either",
-            format!(
-                "N = {} ({:X}h), D = {} ({:X}h), S as above: the smallest range for {} positions, {} turns. {}",
-                fraction.numerator(),
-                fraction.numerator(),
-                fraction.denominator(),
-                fraction.denominator(),
-                scaling.measuring_length() + 1,
-                show(fraction.turns()),
-                self.command(steps, fraction),
-            ),
-        ));
-        let length = instead.largest_measuring_length;
-        notes.push(warning(
-            "or",
-            format!(
-                "S = {length} ({length:X}h), N and D as above: the most positions over {} turns. {}",
-                show(scaling.fraction.turns()),
-                self.command(Ratio::from(length + 1), scaling.fraction),
-            ),
-        ));
+        notes.extend(instead.smallest_fraction.map(|fraction| {
+            let (n, d) = (fraction.numerator(), fraction.denominator());
+            warning(
+                "either",
+                format!(
+                    "N = {n} ({n:X}h), D = {d} ({d:X}h), S as above: the smallest range for {} positions, {} turns. {}",
+                    scaling.measuring_length() + 1,
+                    show(fraction.turns()),
+                    self.command(steps, fraction),
+                ),
+            )
+        }));
+        notes.extend(instead.largest_measuring_length.map(|length| {
+            warning(
+                "or",
+                format!(
+                    "S = {length} ({length:X}h), N and D as above: the most positions over {} turns. {}",
+                    show(scaling.fraction.turns()),
+                    self.command(Ratio::from(length + 1), scaling.fraction),
+                ),
+            )
+        }));
         for model in self.candidates() {
-            let mut options = model.steps_per_turn().iter().copied().filter_map(Native::new);
-            let finer = options.find(|option| *option > self.native && scaling.too_large(*option).is_none());
-            if let Some(steps) = finer.map(Native::steps_per_turn) {
+            let finer = model.steps_per_turn().iter().copied().find(|steps| {
+                let shaft = self.taken_by(model, *steps).filter(|_| *steps > plate);
+                shaft.is_some_and(|shaft| scaling.too_large(shaft).is_none())
+            });
+            if let Some(steps) = finer {
                 let text =
                     format!("a {model} with {steps} steps per turn takes it as it is: --native {steps}");
                 notes.push(warning("or", text));
@@ -303,9 +318,9 @@ impl Asked {
     fn command(&self, positions: Ratio, fraction: Fraction) -> String {
         let Some(steps_per_turn) = positions.over(fraction.turns()) else { return String::new() };
         let steps_per_turn = steps_per_turn.rounded(9, Rounding::Nearest);
-        let native = match self.native {
-            usual if usual == Native::default() => String::new(),
-            other => format!(" --native {}", other.steps_per_turn()),
+        let native = match self.shaft.steps_per_turn() {
+            steps if usual_steps_per_turn(self.model) == Some(steps) => String::new(),
+            steps => format!(" --native {steps}"),
         };
         format!(
             "Its words: encoring calc rotary --steps-per-turn {steps_per_turn} --turns {fraction}{native}"
@@ -314,15 +329,18 @@ impl Asked {
 
     fn preset_notes(&self, notes: &mut Vec<Note>) {
         let largest = self.found.scaling.measuring_length();
+        let models = self.models();
+        let adjustments = models.iter().filter_map(|model| model.lists(Service::PresetAdjustment));
+        let highest = adjustments.map(|listed| listed.takes.largest(largest)).min().unwrap_or(largest);
         notes.push(note(
             "preset",
             format!(
                 "the stored preset stays, but belongs to the old values: the position will be elsewhere. Make a \
-                 preset adjustment (service 06, at most {largest}) after the data check. Another D converts the \
+                 preset adjustment (service 06, at most {highest}) after the data check. Another D converts the \
                  stored preset, rounded down."
             ),
         ));
-        notes.extend(self.models().into_iter().filter_map(|model| checked_presets(model, largest)));
+        notes.extend(models.into_iter().filter_map(|model| checked_presets(model, largest)));
     }
 }
 

@@ -4,7 +4,7 @@
 use std::process::Command;
 
 use encoring_encoder::Unit;
-use encoring_host::scaling::{Expected, HandshakeWord, Native, linear, rotary};
+use encoring_host::scaling::{Expected, HandshakeWord, Shaft, linear, rotary};
 use encoring_sim::{Node, Surroundings};
 use encoring_words::model::Sensor;
 use encoring_words::word::In;
@@ -212,7 +212,7 @@ fn what_is_no_number_above_0_is_refused_with_what_is_allowed() {
              point, like 12 or 0.01; {number}"
         ),
     );
-    let turns = "allowed is a number like 3.5 or 7/2, from 1/99 to 65535";
+    let turns = "allowed is a number like 3.5 or 7/2, above 0";
     for (given, problem) in [
         ("0", "not above 0"),
         ("-3.5", "not above 0"),
@@ -368,17 +368,18 @@ fn positions_after<const SHAFTS: usize>(
 
 #[test]
 fn an_encoder_takes_the_words_and_counts_as_calculated() {
-    let found = rotary("1000".parse().unwrap(), "10".parse().unwrap(), Native::default()).unwrap();
+    let shaft = Shaft::new(Model::Ce65M, 4096).unwrap();
+    let found = rotary("1000".parse().unwrap(), "10".parse().unwrap(), shaft).unwrap();
     let shafts = [0, 4, 5, 4095, 4096, 40_959, 40_960, -1];
     let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
     assert_eq!(shown, [0, 0, 1, 999, 1000, 9999, 0, 9999]);
 
-    let found = rotary("4096".parse().unwrap(), "3.5".parse().unwrap(), Native::default()).unwrap();
+    let found = rotary("4096".parse().unwrap(), "3.5".parse().unwrap(), shaft).unwrap();
     let shafts = [0, 4096, 14_335, 14_336];
     let shown = positions_after(found.scaling.sequence(), Sensor::Rotary { steps_per_turn: 4096 }, shafts);
     assert_eq!(shown, [0, 4096, 14_335, 0]);
 
-    let found = linear("500".parse().unwrap(), "0.01".parse().unwrap()).unwrap();
+    let found = linear("500".parse().unwrap(), "0.01".parse().unwrap(), Model::La66).unwrap();
     let shafts = [0, 10, 499_990, 500_000];
     let shown = positions_after(found.scaling.sequence(), Sensor::Linear { rod_um: 500_000 }, shafts);
     assert_eq!(shown, [0, 1, 49_999, 50_000]);

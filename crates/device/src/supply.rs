@@ -29,7 +29,7 @@ impl Surroundings {
     /// same.
     #[must_use]
     pub fn preset_overvoltage(&self, model: Model) -> bool {
-        let inputs = self.terminals.preset_mv.iter().take(model.preset_inputs());
+        let inputs = self.terminals.preset_mv.iter().take(model.preset_inputs().len());
         inputs.into_iter().any(|millivolts| *millivolts > preset_input::OVERVOLTAGE_ABOVE_MV)
     }
 }

@@ -154,11 +154,12 @@ impl Encoder {
             self.handshake.complete(reply);
         }
         let service_mode = self.handshake.is_service_mode();
-        let presets = [Parameter::PresetValue1, Parameter::PresetValue2];
-        for (number, parameter) in presets.into_iter().enumerate().take(self.unit.model().preset_inputs()) {
+        for (number, service) in self.unit.model().preset_inputs().iter().enumerate() {
             let millivolts = terminals.preset_mv.get(number).copied().unwrap_or(0);
             let input = self.preset_inputs.get_mut(number);
-            if input.is_some_and(|input| input.exchange(self.now, millivolts, service_mode)) {
+            if input.is_some_and(|input| input.exchange(self.now, millivolts, service_mode))
+                && let Some(parameter) = Parameter::from_service(*service)
+            {
                 self.adjust(self.parameters.active().value(parameter), memory);
             }
         }

@@ -205,7 +205,12 @@ impl DeviceView {
             supply_mv: around.supply_mv,
             overvoltage: node.device().overvoltage(),
             preset_overvoltage: around.preset_overvoltage(unit.model()),
-            preset_mv: around.terminals.preset_mv.into_iter().take(unit.model().preset_inputs()).collect(),
+            preset_mv: around
+                .terminals
+                .preset_mv
+                .into_iter()
+                .take(unit.model().preset_inputs().len())
+                .collect(),
             raw: place.raw(now),
             out,
             input,

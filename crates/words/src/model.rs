@@ -44,7 +44,8 @@ struct Entry {
     services: &'static [Listed],
     effect: Effect,
     status_mask: u16,
-    preset_inputs: usize,
+    /// The service of the value that each preset input adjusts to.
+    preset_inputs: &'static [Service],
     /// For the limits of a movement, where its own manual gives none.
     assumed_mechanics: Option<Mechanics>,
     sheet: &'static DataSheet,
@@ -68,7 +69,7 @@ static LA_66: Entry = Entry {
     ],
     effect: Effect::AtOnce,
     status_mask: 0x0020,
-    preset_inputs: 1,
+    preset_inputs: &[Service::PresetValue1],
     assumed_mechanics: None,
     sheet: &sheet::LA_66,
 };
@@ -91,7 +92,7 @@ static CE_100_M: Entry = Entry {
     ],
     effect: Effect::AtDataCheck,
     status_mask: 0x638F,
-    preset_inputs: 2,
+    preset_inputs: &[Service::PresetValue1, Service::PresetValue2],
     assumed_mechanics: sheet::CE_65_M.mechanics,
     sheet: &sheet::CE_100_M,
 };
@@ -113,7 +114,7 @@ static CE_65_M: Entry = Entry {
     ],
     effect: Effect::AtDataCheck,
     status_mask: 0x608F,
-    preset_inputs: 0,
+    preset_inputs: &[],
     assumed_mechanics: None,
     sheet: &sheet::CE_65_M,
 };
@@ -234,9 +235,9 @@ impl Model {
         }
     }
 
-    /// How many preset inputs it has [R66, R68, R72].
+    /// Its preset inputs: the service of the value that each adjusts to [R66, R68, R72].
     #[must_use]
-    pub const fn preset_inputs(self) -> usize {
+    pub const fn preset_inputs(self) -> &'static [Service] {
         self.entry().preset_inputs
     }
 
@@ -480,7 +481,7 @@ mod tests {
     #[test]
     fn titles_and_preset_inputs_are_those_of_the_manuals() {
         assert_eq!(MODELS.map(Model::title), ["LA-66", "CE-100-M", "CE-65-M"]);
-        assert_eq!(MODELS.map(Model::preset_inputs), [1, 2, 0]);
+        assert_eq!(MODELS.map(|model| model.preset_inputs().len()), [1, 2, 0]);
         assert_eq!(MODELS.map(Model::has_ssi_output), [false, false, true]);
         assert_eq!(MODELS.map(Model::position_may_be_gray), [false, false, true]);
         assert_eq!(Model::Ce65M.data_sheet().temperature.unwrap().storage, (-30, 80));
@@ -499,7 +500,9 @@ mod tests {
     #[test]
     fn services_and_steps_per_turn_rise() {
         for model in MODELS {
-            assert!(model.steps_per_turn().is_sorted_by(|a, b| a < b), "{model}");
+            let steps_per_turn = model.steps_per_turn();
+            assert!(steps_per_turn.is_sorted_by(|a, b| a < b) && !steps_per_turn.contains(&0), "{model}");
+            assert!(model.preset_inputs().iter().all(|value| value.known_to(model)), "{model}");
             let numbers = model.services().iter().map(|listed| listed.service.number());
             assert!(numbers.is_sorted_by(|a, b| a < b), "{model}");
         }

@@ -2,7 +2,7 @@
 
 use crate::ErrorStatus;
 pub use crate::data::{Code, CountingDirection, Direction, OutOfRange, SsiValues, within};
-use crate::model::{Effect, Listed, MODELS, Model, SENSOR_TURNS, Sensor, SensorKind, Takes};
+use crate::model::{Effect, Listed, Model, SENSOR_TURNS, Sensor, Takes};
 use crate::service::Service;
 use crate::word::DATA_MAX;
 
@@ -90,23 +90,6 @@ impl Parameter {
             Some(Listed { takes: Takes::Number { low, high, .. }, .. }) => Some((*low, *high)),
             _ => None,
         }
-    }
-
-    /// The range that every model of a kind accepts, of those that list the service.
-    #[must_use]
-    pub const fn range_of_all(self, kind: SensorKind) -> (u32, u32) {
-        let (mut low, mut high) = (0, DATA_MAX);
-        let mut models: &[Model] = &MODELS;
-        while let [model, others @ ..] = models {
-            if model.sensor_kind() as u8 == kind as u8
-                && let Some((least, most)) = self.range(*model)
-            {
-                low = if least > low { least } else { low };
-                high = if most < high { most } else { high };
-            }
-            models = others;
-        }
-        (low, high)
     }
 
     /// The value as the encoder stores and returns it [R47, R114, R119, C11, C19]. Of a parameter that the model

@@ -3,14 +3,15 @@
 use std::str::FromStr;
 
 use clap::{Args, Subcommand};
+use encoring_host::RequestError;
 use encoring_host::scaling::{
-    Fraction, LengthOutside, Linear, LinearScaling, Native, NumberError, Ratio, ResolutionOutside,
-    RotaryError, RotaryScaling, Rounding, Turns, TurnsOutside, linear, rotary,
+    LengthOutside, Linear, NumberError, Ratio, ResolutionOutside, RotaryError, Rounding, Shaft, Turns,
+    TurnsOutside, linear, rotary,
 };
 use encoring_words::model::SensorKind;
 use encoring_words::{Model, Parameter};
 
-use crate::calculation::{Asked, Note, linear_notes};
+use crate::calculation::{Asked, Note, SCALING, linear_notes, usual_steps_per_turn};
 use crate::output::ratio::{cut, show};
 use crate::output::{Failure, bad_input};
 
@@ -68,8 +69,7 @@ fn number(text: &str) -> Result<Ratio, String> {
 
 /// A number of turns.
 fn turns(text: &str) -> Result<Turns, String> {
-    let (least, most) = (Fraction::MIN, Fraction::MAX.numerator());
-    parse(text, &format!("like 3.5 or 7/2, from {least} to {most}"))
+    parse(text, "like 3.5 or 7/2, above 0")
 }
 
 fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, String> {
@@ -85,9 +85,20 @@ fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, 
     })
 }
 
+/// The shaft of a model with these steps per turn, or with the usual ones.
+pub(crate) fn shaft(model: Model, steps_per_turn: Option<u32>) -> Result<Shaft, Failure> {
+    for service in SCALING {
+        if !service.known_to(model) {
+            return Err(bad_input(RequestError::Unknown { service, model }));
+        }
+    }
+    let steps_per_turn = steps_per_turn.or(usual_steps_per_turn(Some(model))).unwrap_or_default();
+    Shaft::new(model, steps_per_turn).map_err(|wrong| bad_input(format!("--native: {wrong}")))
+}
+
 pub(crate) fn rotary_range(
     range: &RotaryRange,
-    native: Native,
+    shaft: Shaft,
     model: Option<Model>,
 ) -> Result<Asked, Failure> {
     let steps_per_turn = match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
@@ -101,13 +112,13 @@ pub(crate) fn rotary_range(
             "--mm-per-turn and --resolution-mm have too many digits to be divided exactly",
         ));
     };
-    let found = rotary(steps_per_turn, range.turns, native).map_err(|error| match error {
+    let found = rotary(steps_per_turn, range.turns, shaft).map_err(|error| match error {
         RotaryError::Turns(outside) => bad_input(turns_outside(range.turns, outside)),
         RotaryError::Length(outside) => {
             bad_input(length_outside(steps_per_turn, range.turns, range.mm_per_turn, outside))
         }
     })?;
-    Ok(Asked { steps_per_turn, mm_per_turn: range.mm_per_turn, native, model, found })
+    Ok(Asked { steps_per_turn, mm_per_turn: range.mm_per_turn, shaft, model, found })
 }
 
 /// What shall be programmed.
@@ -129,8 +140,8 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
             return Err(bad_input(format!("linear: a {model} is a shaft, no rod; its range is `rotary`")));
         }
         Range::Rotary(range) => {
-            let native = steps_per_turn.and_then(Native::new).unwrap_or_default();
-            let asked = rotary_range(range, native, Some(model))?;
+            let shaft = shaft(model, steps_per_turn)?;
+            let asked = rotary_range(range, shaft, Some(model))?;
             let scaling = asked.found.scaling;
             let values = vec![
                 (Parameter::MeasuringLength, scaling.measuring_length()),
@@ -140,7 +151,7 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
             (values, asked.notes())
         }
         Range::Linear(arguments) => {
-            let found = linear_range(arguments)?;
+            let found = linear_range(arguments, model)?;
             let values = vec![(Parameter::MeasuringLength, found.scaling.measuring_length())];
             (values, linear_notes(arguments.length_mm, arguments.resolution_mm, &found))
         }
@@ -154,8 +165,8 @@ fn turns_outside(given: Turns, outside: TurnsOutside) -> String {
         fraction => fraction.to_string(),
     };
     let given = show(given.value());
-    let (least, most) = (Fraction::MIN, Fraction::MAX.numerator());
-    format!("{given} turns are outside {least}..{most}; nearest that works: --turns {nearest}")
+    let (fewest, most) = (outside.fewest, outside.most.numerator());
+    format!("{given} turns are outside {fewest}..{most}; nearest that works: --turns {nearest}")
 }
 
 fn length_outside(
@@ -164,7 +175,7 @@ fn length_outside(
     mm_per_turn: Option<Ratio>,
     outside: LengthOutside,
 ) -> String {
-    let (low, high) = RotaryScaling::LENGTH;
+    let (low, high) = (outside.low, outside.high);
     let more = outside.nearest > steps_per_turn;
     let (inside, outwards) =
         if more { (Rounding::Up, Rounding::Down) } else { (Rounding::Down, Rounding::Up) };
@@ -189,10 +200,9 @@ fn length_outside(
     )
 }
 
-pub(crate) fn linear_range(arguments: &LinearArguments) -> Result<Linear, Failure> {
+pub(crate) fn linear_range(arguments: &LinearArguments, model: Model) -> Result<Linear, Failure> {
     let (length, resolution) = (arguments.length_mm, arguments.resolution_mm);
-    let (low, high) = LinearScaling::LENGTH;
-    linear(length, resolution).map_err(|ResolutionOutside { steps, nearest }| {
+    linear(length, resolution, model).map_err(|ResolutionOutside { low, high, steps, nearest }| {
         bad_input(format!(
             "{} mm in steps of {} mm are {} steps; allowed are {low}..{high} ({high:X}h); nearest that works: \
              --resolution-mm {}",

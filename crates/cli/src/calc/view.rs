@@ -1,7 +1,8 @@
 //! What `calc` shows: plain data for programs. The text for people is made from the same.
 
 use encoring_host::scaling::{
-    Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, Ratio, Rounding, ZeroRisk,
+    Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, LinearScaling, Ratio,
+    Rounding, ZeroRisk,
 };
 use encoring_words::model::{MODELS, SensorKind};
 use encoring_words::{Model, Service};
@@ -59,8 +60,8 @@ struct StepsView {
 
 #[derive(Serialize)]
 struct TooLargeView {
-    smallest_fraction: PairView,
-    largest_measuring_length: ValueView,
+    smallest_fraction: Option<PairView>,
+    largest_measuring_length: Option<ValueView>,
 }
 
 #[derive(Serialize)]
@@ -171,6 +172,7 @@ impl CalcView {
             models: MODELS
                 .into_iter()
                 .filter(|model| model.sensor_kind() == SensorKind::Linear)
+                .filter(|model| LinearScaling::new(largest, *model).is_ok())
                 .map(Model::name)
                 .collect(),
             native: None,
@@ -194,10 +196,10 @@ impl CalcView {
     }
 
     pub(super) fn rotary(asked: &Asked) -> Self {
-        let Asked { found, native, .. } = *asked;
+        let Asked { found, shaft, .. } = *asked;
         let scaling = found.scaling;
         let fraction = scaling.fraction;
-        let too_large = scaling.too_large(native);
+        let too_large = scaling.too_large(shaft);
         let models = asked.models();
         let gray = models.iter().any(|model| model.position_may_be_gray());
         let zero = match scaling.zero_risk() {
@@ -209,7 +211,7 @@ impl CalcView {
         Self {
             encoder: "rotary",
             notes: asked.notes(),
-            native: Some(native.steps_per_turn()),
+            native: Some(shaft.steps_per_turn()),
             usable: too_large.is_none(),
             measuring_length: ValueView::length(scaling.measuring_length()),
             numerator: Some(ValueView::numerator(fraction)),
@@ -241,11 +243,11 @@ impl CalcView {
                 Some(_) => Vec::new(),
             },
             too_large: too_large.map(|instead| TooLargeView {
-                smallest_fraction: PairView {
-                    numerator: ValueView::numerator(instead.smallest_fraction),
-                    denominator: ValueView::denominator(instead.smallest_fraction),
-                },
-                largest_measuring_length: ValueView::length(instead.largest_measuring_length),
+                smallest_fraction: instead.smallest_fraction.map(|fraction| PairView {
+                    numerator: ValueView::numerator(fraction),
+                    denominator: ValueView::denominator(fraction),
+                }),
+                largest_measuring_length: instead.largest_measuring_length.map(ValueView::length),
             }),
             models: models.into_iter().map(Model::name).collect(),
         }

@@ -3,58 +3,59 @@
 use core::fmt;
 use core::str::FromStr;
 
-use encoring_words::model::SensorKind;
-use encoring_words::parameter::{OutOfRange, Parameter, within};
+use encoring_words::parameter::{OutOfRange, within};
 
 use super::ratio::{self, Deviation, NumberError, Ratio};
-
-/// The largest denominator that every rotary model takes [R58].
-const DENOMINATOR_MAX: u8 = Parameter::Denominator.range_of_all(SensorKind::Rotary).1 as u8;
-
-/// The largest numerator that every rotary model takes [R57].
-const NUMERATOR_MAX: u16 = Parameter::Numerator.range_of_all(SensorKind::Rotary).1 as u16;
+use super::shaft::Shaft;
 
 /// Revolutions numerator and denominator, each within its range [R57, R58].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fraction {
-    numerator: u16,
-    denominator: u8,
+    numerator: u32,
+    denominator: u32,
 }
 
 impl Fraction {
     /// The fewest turns that can be programmed.
-    pub const MIN: Self = Self { numerator: 1, denominator: DENOMINATOR_MAX };
+    #[must_use]
+    pub const fn fewest(shaft: Shaft) -> Self {
+        Self { numerator: shaft.numerator.0, denominator: shaft.denominator.1 }
+    }
+
     /// The most turns that can be programmed.
-    pub const MAX: Self = Self { numerator: NUMERATOR_MAX, denominator: 1 };
+    #[must_use]
+    pub const fn most(shaft: Shaft) -> Self {
+        Self { numerator: shaft.numerator.1, denominator: shaft.denominator.0 }
+    }
 
     /// N/D, not reduced.
     ///
     /// # Errors
     /// [`OutOfRange`] for the numerator, else for the denominator.
-    pub const fn new(numerator: u32, denominator: u32) -> Result<Self, OutOfRange> {
-        match within(numerator, 1, NUMERATOR_MAX as u32) {
-            Ok(numerator) => match within(denominator, 1, DENOMINATOR_MAX as u32) {
-                Ok(denominator) => Ok(Self { numerator: numerator as u16, denominator: denominator as u8 }),
+    pub const fn new(numerator: u32, denominator: u32, shaft: Shaft) -> Result<Self, OutOfRange> {
+        match within(numerator, shaft.numerator.0, shaft.numerator.1) {
+            Ok(numerator) => match within(denominator, shaft.denominator.0, shaft.denominator.1) {
+                Ok(denominator) => Ok(Self { numerator, denominator }),
                 Err(refused) => Err(refused),
             },
             Err(refused) => Err(refused),
         }
     }
 
-    fn checked(numerator: u128, denominator: u128) -> Option<Self> {
-        Self::new(u32::try_from(numerator).ok()?, u32::try_from(denominator).ok()?).ok()
+    fn checked(numerator: u128, denominator: u128, shaft: Shaft) -> Option<Self> {
+        Self::new(u32::try_from(numerator).ok()?, u32::try_from(denominator).ok()?, shaft).ok()
     }
 
     /// N, the data of service 03.
     #[must_use]
     pub const fn numerator(self) -> u32 {
-        self.numerator as u32
+        self.numerator
     }
 
     /// D, the data of service 09.
     #[must_use]
     pub const fn denominator(self) -> u32 {
-        self.denominator as u32
+        self.denominator
     }
 
     /// The number of turns.
@@ -65,18 +66,19 @@ impl Fraction {
 
     /// The fraction nearest to a number of turns. Among equally near ones that with the smallest denominator, and of
     /// two with the same the larger.
-    fn nearest_to(turns: Ratio) -> Self {
+    fn nearest_to(turns: Ratio, shaft: Shaft) -> Self {
         let wanted = (turns.numerator(), turns.denominator());
-        let mut best = Self::MIN;
+        let mut best = Fraction::fewest(shaft);
         let mut best_off = None;
-        for denominator in 1..=DENOMINATOR_MAX {
+        let (least, most) = shaft.numerator;
+        for denominator in shaft.denominator.0..=shaft.denominator.1 {
             let scaled = Ratio::of(wanted.0.saturating_mul(u128::from(denominator)), wanted.1);
-            let numerator = scaled.nearest().clamp(1, u128::from(NUMERATOR_MAX)) as u16;
+            let numerator = scaled.nearest().clamp(least.into(), most.into()) as u32;
             let candidate = Self { numerator, denominator };
             // How far off, times the denominator of what is wanted.
             let off =
                 (u128::from(numerator) * wanted.1).abs_diff(wanted.0.saturating_mul(u128::from(denominator)));
-            let nearer = best_off.is_none_or(|(best_off, best_denominator): (u128, u8)| {
+            let nearer = best_off.is_none_or(|(best_off, best_denominator): (u128, u32)| {
                 off.saturating_mul(u128::from(best_denominator))
                     < best_off.saturating_mul(u128::from(denominator))
             });
@@ -88,14 +90,14 @@ impl Fraction {
     }
 
     /// The smallest fraction of at least `turns`, with the smallest denominator it can be written with; `None` above
-    /// [`Fraction::MAX`] [R158].
+    /// [`Fraction::most`] [R158].
     #[must_use]
-    pub fn at_least(turns: Ratio) -> Option<Self> {
+    pub fn at_least(turns: Ratio, shaft: Shaft) -> Option<Self> {
         let mut best: Option<Self> = None;
-        for denominator in 1..=u128::from(DENOMINATOR_MAX) {
+        for denominator in u128::from(shaft.denominator.0)..=u128::from(shaft.denominator.1) {
             let scaled = Ratio::of(turns.numerator().saturating_mul(denominator), turns.denominator());
-            let numerator = scaled.numerator().div_ceil(scaled.denominator()).max(1);
-            let Some(candidate) = Self::checked(numerator, denominator) else { continue };
+            let numerator = scaled.numerator().div_ceil(scaled.denominator()).max(shaft.numerator.0.into());
+            let Some(candidate) = Self::checked(numerator, denominator, shaft) else { continue };
             if best.is_none_or(|best| candidate.turns() < best.turns()) {
                 best = Some(candidate);
             }
@@ -170,7 +172,7 @@ pub enum Choice {
     DecimalPlace,
     /// The number itself, in lowest terms because otherwise a part would be too large.
     Reduced,
-    /// No fraction with a denominator up to 99 is the number; this one is nearest [C28].
+    /// No fraction that can be programmed is the number; this one is nearest [C28].
     Nearest,
 }
 
@@ -197,8 +199,12 @@ impl Chosen {
 
 /// A number of turns that no fraction comes near.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("turns must lie between {min} and {max}, the nearest is {nearest}", min = Fraction::MIN, max = Fraction::MAX.numerator)]
+#[error("turns must lie between {fewest} and {}, the nearest is {nearest}", .most.numerator)]
 pub struct TurnsOutside {
+    /// The fewest turns.
+    pub fewest: Fraction,
+    /// The most turns.
+    pub most: Fraction,
     /// The end of the range that is nearer.
     pub nearest: Fraction,
 }
@@ -214,30 +220,31 @@ impl Turns {
     /// is needed, and the nearest where none is exact.
     ///
     /// # Errors
-    /// [`TurnsOutside`] below [`Fraction::MIN`] and above [`Fraction::MAX`].
-    pub fn choose(self) -> Result<Chosen, TurnsOutside> {
+    /// [`TurnsOutside`] below [`Fraction::fewest`] and above [`Fraction::most`].
+    pub fn choose(self, shaft: Shaft) -> Result<Chosen, TurnsOutside> {
         let turns = self.value;
-        for (beyond, nearest) in
-            [(turns < Fraction::MIN.turns(), Fraction::MIN), (turns > Fraction::MAX.turns(), Fraction::MAX)]
-        {
+        let (fewest, most) = (Fraction::fewest(shaft), Fraction::most(shaft));
+        for (beyond, nearest) in [(turns < fewest.turns(), fewest), (turns > most.turns(), most)] {
             if beyond {
-                return Err(TurnsOutside { nearest });
+                return Err(TurnsOutside { fewest, most, nearest });
             }
         }
-        let reduced = Fraction::checked(turns.numerator(), turns.denominator());
+        let reduced = Fraction::checked(turns.numerator(), turns.denominator(), shaft);
         let exact = match self.written {
             Written::Fraction { numerator, denominator } => {
-                Fraction::checked(numerator.into(), denominator.into()).map(|same| (same, Choice::AsGiven))
+                Fraction::checked(numerator.into(), denominator.into(), shaft)
+                    .map(|same| (same, Choice::AsGiven))
             }
             Written::Decimal { .. } if turns.is_whole() => reduced.map(|whole| (whole, Choice::Whole)),
             Written::Decimal { digits, places } => {
-                Fraction::checked(digits.into(), 10_u128.pow(places)).map(|same| (same, Choice::DecimalPlace))
+                Fraction::checked(digits.into(), 10_u128.pow(places), shaft)
+                    .map(|same| (same, Choice::DecimalPlace))
             }
         };
         Ok(match exact.or(reduced.map(|reduced| (reduced, Choice::Reduced))) {
             Some((fraction, choice)) => Chosen { fraction, choice, wanted: turns, off: Deviation::None },
             None => {
-                let fraction = Fraction::nearest_to(turns);
+                let fraction = Fraction::nearest_to(turns, shaft);
                 let off = fraction.turns().deviation_from(turns);
                 Chosen { fraction, choice: Choice::Nearest, wanted: turns, off }
             }
@@ -249,11 +256,16 @@ impl Turns {
 mod tests {
     extern crate std;
     use super::*;
+    use encoring_words::Model;
     use proptest::prelude::*;
     use std::string::{String, ToString};
 
+    fn ce() -> Shaft {
+        Shaft::new(Model::Ce100M, 4096).unwrap()
+    }
+
     fn chosen(text: &str) -> (String, Choice) {
-        let chosen = text.parse::<Turns>().unwrap().choose().unwrap();
+        let chosen = text.parse::<Turns>().unwrap().choose(ce()).unwrap();
         (chosen.fraction.to_string(), chosen.choice)
     }
 
@@ -294,14 +306,14 @@ mod tests {
         assert_eq!(chosen("65536/3"), ("43691/2".into(), Choice::Nearest));
         let turns: Turns = "3.1416".parse().unwrap();
         // 311/99 = 3.14141..: 311 * 10000 = 3110000, 31416 * 99 = 3110184.
-        let chosen = turns.choose().unwrap();
+        let chosen = turns.choose(ce()).unwrap();
         assert_eq!(chosen.off, Deviation::Below(Ratio::of(184, 990_000)));
         assert_eq!(chosen.off_ppm(), Deviation::Below(Ratio::of(184_000_000, 3_110_184)));
     }
 
     #[test]
     fn turns_beyond_both_ends_are_refused_with_the_nearest() {
-        let refusal = |text: &str| text.parse::<Turns>().unwrap().choose().unwrap_err().to_string();
+        let refusal = |text: &str| text.parse::<Turns>().unwrap().choose(ce()).unwrap_err().to_string();
         let range = "turns must lie between 1/99 and 65535, the nearest is";
         assert_eq!(refusal("65535.1"), std::format!("{range} 65535/1"));
         assert_eq!(refusal("999999999/1"), std::format!("{range} 65535/1"));
@@ -334,7 +346,7 @@ mod tests {
         for denominator in 1..=99_u128 {
             let below = turns.numerator() * denominator / turns.denominator();
             for numerator in [below, below + 1] {
-                let Some(fraction) = Fraction::checked(numerator, denominator) else { continue };
+                let Some(fraction) = Fraction::checked(numerator, denominator, ce()) else { continue };
                 let off = match fraction.turns().deviation_from(turns) {
                     Deviation::None => Ratio::whole(0),
                     Deviation::Below(off) | Deviation::Above(off) => off,
@@ -354,7 +366,7 @@ mod tests {
         ) {
             let decimals = &std::format!("{decimals:09}")[..places];
             let Ok(turns) = std::format!("{whole}.{decimals}0").parse::<Turns>() else { return Ok(()) };
-            let Ok(chosen) = turns.choose() else {
+            let Ok(chosen) = turns.choose(ce()) else {
                 prop_assert!(turns.value() < Ratio::of(1, 99) || turns.value() > Ratio::whole(65535));
                 return Ok(());
             };
@@ -369,20 +381,20 @@ mod tests {
 
         #[test]
         fn a_fraction_is_programmed_exactly_whenever_its_lowest_terms_are_legal(n in 1..200_000_u32, d in 1..1_000_u32) {
-            let Ok(chosen) = std::format!("{n}/{d}").parse::<Turns>().unwrap().choose() else { return Ok(()) };
+            let Ok(chosen) = std::format!("{n}/{d}").parse::<Turns>().unwrap().choose(ce()) else { return Ok(()) };
             let lowest = Ratio::of(n.into(), d.into());
             let legal = lowest.numerator() <= 65535 && lowest.denominator() <= 99;
             prop_assert_eq!(chosen.choice != Choice::Nearest, legal);
             prop_assert_eq!(chosen.fraction.turns() == lowest, legal);
             if n <= 65535 && d <= 99 {
-                prop_assert_eq!(chosen.fraction, Fraction::new(n, d).unwrap());
+                prop_assert_eq!(chosen.fraction, Fraction::new(n, d, ce()).unwrap());
             }
         }
 
         #[test]
         fn the_smallest_fraction_above_has_no_smaller_one_above(n in 1..=0x100_0000_u64, q in 1..=8192_u64) {
             let turns = Ratio::new(n, q).unwrap();
-            let Some(found) = Fraction::at_least(turns) else {
+            let Some(found) = Fraction::at_least(turns, ce()) else {
                 prop_assert!(turns > Ratio::whole(65535));
                 return Ok(());
             };
@@ -391,7 +403,7 @@ mod tests {
                 // The largest fraction with this denominator that is smaller than the one found.
                 let scaled = Ratio::of(u128::from(found.numerator()) * denominator, u128::from(found.denominator()));
                 let numerator = (scaled.numerator() - 1) / scaled.denominator();
-                if let Some(smaller) = Fraction::checked(numerator, denominator) {
+                if let Some(smaller) = Fraction::checked(numerator, denominator, ce()) {
                     prop_assert!(smaller.turns() < turns, "{smaller} is smaller than {found}");
                 }
             }
@@ -400,7 +412,7 @@ mod tests {
         #[test]
         fn any_text_is_a_number_of_turns_or_an_error(text in "[0-9./,+ -]{0,24}|.*") {
             if let Ok(turns) = text.parse::<Turns>() {
-                let _ = turns.choose();
+                let _ = turns.choose(ce());
             }
         }
     }

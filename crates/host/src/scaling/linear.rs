@@ -1,13 +1,11 @@
 //! A rod, as the LA-66's: service 02 alone.
 
-use encoring_words::model::SensorKind;
-use encoring_words::parameter::{OutOfRange, Parameter, within};
-use encoring_words::{Access, Service};
+use encoring_words::parameter::{OutOfRange, Parameter};
+use encoring_words::word::DATA_MAX;
+use encoring_words::{Access, Model, Service};
 
 use super::ratio::{Deviation, Ratio};
 use super::sequence::{HandshakeWord, data_check, handshake};
-
-const LENGTH: (u32, u32) = LinearScaling::LENGTH;
 
 /// A measuring length within the range of a rod.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,15 +14,12 @@ pub struct LinearScaling {
 }
 
 impl LinearScaling {
-    /// The smallest measuring length, 1, and the largest, FFFFFFh, that every model with a rod takes.
-    pub const LENGTH: (u32, u32) = Parameter::MeasuringLength.range_of_all(SensorKind::Linear);
-
     /// From the data of service 02.
     ///
     /// # Errors
-    /// [`OutOfRange`] outside [`LinearScaling::LENGTH`].
-    pub const fn new(measuring_length: u32) -> Result<Self, OutOfRange> {
-        match within(measuring_length, LENGTH.0, LENGTH.1) {
+    /// [`OutOfRange`] for a measuring length that the model refuses.
+    pub const fn new(measuring_length: u32, model: Model) -> Result<Self, OutOfRange> {
+        match Parameter::MeasuringLength.normalise(model, measuring_length) {
             Ok(measuring_length) => Ok(Self { measuring_length }),
             Err(refused) => Err(refused),
         }
@@ -58,8 +53,12 @@ pub struct Linear {
 
 /// A resolution with which the rod would have too few or too many steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the rod would have fewer than {low} or more than {high:X}h ({high}) steps", low = LENGTH.0, high = LENGTH.1)]
+#[error("the rod would have fewer than {low} or more than {high:X}h ({high}) steps")]
 pub struct ResolutionOutside {
+    /// The fewest steps.
+    pub low: u32,
+    /// The most steps.
+    pub high: u32,
     /// Length divided by resolution.
     pub steps: Ratio,
     /// The resolution nearest to the one asked for that works.
@@ -69,21 +68,23 @@ pub struct ResolutionOutside {
 /// The measuring length of a rod: length / resolution, both in the same unit [R49].
 ///
 /// # Errors
-/// [`ResolutionOutside`] if that lies outside 1..FFFFFFh, or the resolution or the length is 0.
-pub fn linear(length: Ratio, resolution: Ratio) -> Result<Linear, ResolutionOutside> {
-    let largest = length.divided_by(Ratio::from(LENGTH.1));
+/// [`ResolutionOutside`] if the model refuses that, or the resolution or the length is 0.
+pub fn linear(length: Ratio, resolution: Ratio, model: Model) -> Result<Linear, ResolutionOutside> {
+    let (low, high) = Parameter::MeasuringLength.range(model).unwrap_or((1, DATA_MAX));
+    let outside = |steps, nearest| ResolutionOutside { low, high, steps, nearest };
+    let finest = length.divided_by(Ratio::from(high));
     if length.is_zero() || resolution.is_zero() {
-        return Err(ResolutionOutside { steps: Ratio::from(0), nearest: largest });
+        return Err(outside(Ratio::from(0), finest));
     }
     let steps = length.divided_by(resolution);
     let whole = u32::try_from(steps.nearest()).unwrap_or(u32::MAX);
-    match LinearScaling::new(whole) {
+    match LinearScaling::new(whole, model) {
         Ok(scaling) => {
             let real = length.divided_by(Ratio::from(whole));
             Ok(Linear { scaling, steps, resolution: real, off: real.deviation_from(resolution) })
         }
-        Err(refused) if refused.value < refused.low => Err(ResolutionOutside { steps, nearest: length }),
-        Err(_) => Err(ResolutionOutside { steps, nearest: largest }),
+        Err(refused) if refused.value < low => Err(outside(steps, length.divided_by(Ratio::from(low)))),
+        Err(_) => Err(outside(steps, finest)),
     }
 }
 
@@ -100,7 +101,7 @@ mod tests {
     }
 
     fn length(mm: &str, resolution: &str) -> u32 {
-        linear(ratio(mm), ratio(resolution)).unwrap().scaling.measuring_length()
+        linear(ratio(mm), ratio(resolution), Model::La66).unwrap().scaling.measuring_length()
     }
 
     #[test]
@@ -118,7 +119,7 @@ mod tests {
     fn any_length_can_be_programmed_and_a_rest_is_told() {
         assert_eq!(length("0.01", "0.01"), 1);
         assert_eq!(length("167772.15", "0.01"), 0xFF_FFFF);
-        let found = linear(ratio("500"), ratio("0.03")).unwrap();
+        let found = linear(ratio("500"), ratio("0.03"), Model::La66).unwrap();
         assert_eq!((found.scaling.measuring_length(), found.steps.is_whole()), (16_667, false));
         assert_eq!(found.resolution, Ratio::of(500, 16_667));
         assert_eq!(found.off, Deviation::Below(Ratio::of(1, 1_666_700)));
@@ -126,22 +127,22 @@ mod tests {
 
     #[test]
     fn too_few_and_too_many_steps_are_refused_with_the_nearest_resolution() {
-        let too_coarse = linear(ratio("500"), ratio("1001")).unwrap_err();
+        let too_coarse = linear(ratio("500"), ratio("1001"), Model::La66).unwrap_err();
         assert_eq!(too_coarse.nearest, ratio("500"));
-        let too_fine = linear(ratio("16777216"), ratio("1")).unwrap_err();
+        let too_fine = linear(ratio("16777216"), ratio("1"), Model::La66).unwrap_err();
         assert_eq!(too_fine.nearest, Ratio::of(16_777_216, 16_777_215));
         for refused in [too_coarse, too_fine] {
             let rod = if refused == too_coarse { ratio("500") } else { ratio("16777216") };
-            assert!(linear(rod, refused.nearest).is_ok());
+            assert!(linear(rod, refused.nearest, Model::La66).is_ok());
         }
-        assert!(linear(Ratio::from(0), ratio("1")).is_err());
-        assert!(linear(ratio("1"), Ratio::from(0)).is_err());
+        assert!(linear(Ratio::from(0), ratio("1"), Model::La66).is_err());
+        assert!(linear(ratio("1"), Ratio::from(0), Model::La66).is_err());
     }
 
     #[test]
     fn a_rod_is_programmed_with_one_write_and_a_data_check() {
         let words: Vec<OutWord> =
-            LinearScaling::new(0xC350).unwrap().sequence().map(|step| step.out).collect();
+            LinearScaling::new(0xC350, Model::La66).unwrap().sequence().map(|step| step.out).collect();
         let expected = [0x4200_C350, 0xC200_C350, 0x4200_C350, 0x0800_0000, 0x8800_0000, 0x0800_0000];
         assert_eq!(words, expected.map(OutWord));
     }
@@ -152,13 +153,13 @@ mod tests {
             a in 1..=u64::MAX, b in 1..=u64::MAX, c in 1..=u64::MAX, d in 1..=u64::MAX,
         ) {
             let (Some(rod), Some(resolution)) = (Ratio::new(a, b), Ratio::new(c, d)) else { return Ok(()) };
-            match linear(rod, resolution) {
+            match linear(rod, resolution, Model::La66) {
                 Ok(found) => {
                     let steps = u128::from(found.scaling.measuring_length());
                     prop_assert!((1..=0xFF_FFFF).contains(&steps));
                     prop_assert!(found.steps.nearest() == steps);
                 }
-                Err(refused) => prop_assert!(linear(rod, refused.nearest).is_ok()),
+                Err(refused) => prop_assert!(linear(rod, refused.nearest, Model::La66).is_ok()),
             }
         }
     }

@@ -1,39 +1,13 @@
 //! A shaft, as that of the CE-100-M and the CE-65-M: services 02, 03 and 09.
 
-use encoring_words::model::{MODELS, SENSOR_TURNS, SensorKind};
-use encoring_words::parameter::{OutOfRange, Parameter, within};
+use encoring_words::model::SENSOR_TURNS;
+use encoring_words::parameter::{OutOfRange, within};
 use encoring_words::{Access, Service, gray};
 
 use super::fraction::{Chosen, Fraction, Turns, TurnsOutside};
 use super::ratio::{Deviation, Ratio};
 use super::sequence::{HandshakeWord, data_check, handshake};
-
-const LENGTH: (u32, u32) = RotaryScaling::LENGTH;
-
-/// Steps per turn of the sensor, as on the rating plate of some model; by default 4096 [R99, R100].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Native(u32);
-
-impl Native {
-    /// The number, if any model is built with it.
-    #[must_use]
-    pub fn new(steps_per_turn: u32) -> Option<Self> {
-        let built = MODELS.iter().any(|model| model.steps_per_turn().contains(&steps_per_turn));
-        built.then_some(Self(steps_per_turn))
-    }
-
-    /// The number.
-    #[must_use]
-    pub const fn steps_per_turn(self) -> u32 {
-        self.0
-    }
-}
-
-impl Default for Native {
-    fn default() -> Self {
-        Self(4096)
-    }
-}
+use super::shaft::Shaft;
 
 /// S, N and D, each within its range. Whether the encoder takes them together is another question:
 /// [`RotaryScaling::too_large`].
@@ -47,10 +21,10 @@ pub struct RotaryScaling {
 /// Why the data check refuses a scaling with status 2^14, and what it would take instead [R93, R158, C31].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLarge {
-    /// With the same measuring length: the smallest legal N/D.
-    pub smallest_fraction: Fraction,
-    /// With the same N/D: the largest legal measuring length.
-    pub largest_measuring_length: u32,
+    /// With the same measuring length: the smallest legal N/D, if there is one.
+    pub smallest_fraction: Option<Fraction>,
+    /// With the same N/D: the largest legal measuring length, if there is one.
+    pub largest_measuring_length: Option<u32>,
 }
 
 /// What becomes of the zero if the shaft moves more than 512 turns without supply [R63, C29].
@@ -68,15 +42,12 @@ pub enum ZeroRisk {
 }
 
 impl RotaryScaling {
-    /// The smallest and the largest measuring length, 10h and FFFFFFh, that every rotary model takes [R54].
-    pub const LENGTH: (u32, u32) = Parameter::MeasuringLength.range_of_all(SensorKind::Rotary);
-
     /// From the data of services 02, 03 and 09.
     ///
     /// # Errors
-    /// [`OutOfRange`] for a measuring length outside [`RotaryScaling::LENGTH`].
-    pub const fn new(measuring_length: u32, fraction: Fraction) -> Result<Self, OutOfRange> {
-        match within(measuring_length, LENGTH.0, LENGTH.1) {
+    /// [`OutOfRange`] for a measuring length that the encoder refuses [R54].
+    pub const fn new(measuring_length: u32, fraction: Fraction, shaft: Shaft) -> Result<Self, OutOfRange> {
+        match within(measuring_length, shaft.length.0, shaft.length.1) {
             Ok(measuring_length) => Ok(Self { measuring_length, fraction }),
             Err(refused) => Err(refused),
         }
@@ -101,25 +72,20 @@ impl RotaryScaling {
     /// `None` if the steps per turn are at most those of the rating plate, which the encoder takes; equality is legal
     /// [C31].
     #[must_use]
-    pub fn too_large(self, native: Native) -> Option<TooLarge> {
+    pub fn too_large(self, shaft: Shaft) -> Option<TooLarge> {
         let (n, d) = (u128::from(self.fraction.numerator()), u128::from(self.fraction.denominator()));
-        let native = u128::from(native.steps_per_turn());
+        let native = u128::from(shaft.steps_per_turn());
         if self.positions() * d <= native * n {
             return None;
         }
         Some(TooLarge {
-            smallest_fraction: self.smallest_fraction(native),
-            // Below the refused one; with 4096 steps per turn 40 or more, of 4096/99 positions.
-            largest_measuring_length: (native * n / d).saturating_sub(1) as u32,
+            smallest_fraction: Fraction::at_least(Ratio::of(self.positions(), native), shaft),
+            // Below the refused one.
+            largest_measuring_length: (native * n / d)
+                .checked_sub(1)
+                .map(|length| length as u32)
+                .filter(|length| *length >= shaft.length.0),
         })
-    }
-
-    /// The smallest fraction whose turns have at least as many native steps as there are positions. These are at most
-    /// 2^24, of which a turn has 4096 or more, so there is one.
-    fn smallest_fraction(self, native: u128) -> Fraction {
-        let found = Fraction::at_least(Ratio::of(self.positions(), native));
-        debug_assert!(found.is_some(), "{} positions at {native} a turn", self.positions());
-        found.unwrap_or(Fraction::MAX)
     }
 
     /// The verdict on the zero. Exactly when 4096 * D is a multiple of N does a turn count that is wrong by 4096 turns
@@ -178,8 +144,12 @@ impl Rotary {
 
 /// A number of positions that cannot be programmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the measuring length would lie outside {low:X}h..{high:X}h ({low}..{high})", low = LENGTH.0, high = LENGTH.1)]
+#[error("the measuring length would lie outside {low:X}h..{high:X}h ({low}..{high})")]
 pub struct LengthOutside {
+    /// The smallest measuring length.
+    pub low: u32,
+    /// The largest measuring length.
+    pub high: u32,
     /// Steps per turn times N/D, which is S + 1.
     pub positions: Ratio,
     /// The steps per turn nearest to those asked for that work with these turns.
@@ -206,19 +176,19 @@ pub enum RotaryError {
 /// # Errors
 /// [`RotaryError`] if the turns or the measuring length lie outside what can be programmed. Too many steps per turn
 /// are no error here: [`RotaryScaling::too_large`] tells them.
-pub fn rotary(steps_per_turn: Ratio, turns: Turns, native: Native) -> Result<Rotary, RotaryError> {
-    let chosen = turns.choose()?;
+pub fn rotary(steps_per_turn: Ratio, turns: Turns, shaft: Shaft) -> Result<Rotary, RotaryError> {
+    let chosen = turns.choose(shaft)?;
     let programmed = chosen.fraction.turns();
     let positions = steps_per_turn.multiplied_by(programmed);
-    let plate = Ratio::from(native.steps_per_turn());
+    let plate = Ratio::from(shaft.steps_per_turn());
     let limit = if steps_per_turn > plate { u128::MAX } else { plate.multiplied_by(programmed).floor() };
     let whole = u32::try_from(positions.nearest().min(limit)).unwrap_or(u32::MAX);
-    match RotaryScaling::new(whole.saturating_sub(1), chosen.fraction) {
+    match RotaryScaling::new(whole.saturating_sub(1), chosen.fraction, shaft) {
         Ok(scaling) => {
             let off = scaling.steps_per_turn().deviation_from(steps_per_turn);
             Ok(Rotary { scaling, chosen, positions, off })
         }
-        Err(refused) => Err(length_outside(refused, steps_per_turn, positions, programmed, plate).into()),
+        Err(refused) => Err(length_outside(refused, steps_per_turn, positions, programmed, shaft).into()),
     }
 }
 
@@ -227,8 +197,9 @@ fn length_outside(
     steps_per_turn: Ratio,
     positions: Ratio,
     turns: Ratio,
-    plate: Ratio,
+    shaft: Shaft,
 ) -> LengthOutside {
+    let plate = Ratio::from(shaft.steps_per_turn());
     let few = refused.value < refused.low;
     let end = Ratio::from(if few { refused.low } else { refused.high } + 1);
     let nearest_turns = || {
@@ -237,9 +208,16 @@ fn length_outside(
         }
         let turns = end.divided_by(steps_per_turn);
         let whole = if few { turns.numerator().div_ceil(turns.denominator()) } else { turns.floor() };
-        Fraction::new(u32::try_from(whole).ok()?, 1).ok()
+        Fraction::new(u32::try_from(whole).ok()?, 1, shaft).ok()
     };
-    LengthOutside { positions, nearest: end.divided_by(turns).min(plate), nearest_turns: nearest_turns() }
+    let OutOfRange { low, high, .. } = refused;
+    LengthOutside {
+        low,
+        high,
+        positions,
+        nearest: end.divided_by(turns).min(plate),
+        nearest_turns: nearest_turns(),
+    }
 }
 
 #[cfg(test)]
@@ -254,12 +232,16 @@ mod tests {
     use std::string::ToString;
     use std::vec::Vec;
 
+    fn ce(steps_per_turn: u32) -> Shaft {
+        Shaft::new(Model::Ce65M, steps_per_turn).unwrap()
+    }
+
     fn calculated(steps_per_turn: &str, turns: &str) -> Rotary {
-        rotary(steps_per_turn.parse().unwrap(), turns.parse().unwrap(), Native::default()).unwrap()
+        rotary(steps_per_turn.parse().unwrap(), turns.parse().unwrap(), ce(4096)).unwrap()
     }
 
     fn scaling(s: u32, n: u32, d: u32) -> RotaryScaling {
-        RotaryScaling::new(s, Fraction::new(n, d).unwrap()).unwrap()
+        RotaryScaling::new(s, Fraction::new(n, d, ce(4096)).unwrap(), ce(4096)).unwrap()
     }
 
     // [R55]
@@ -321,30 +303,30 @@ mod tests {
         // 4096 * 8/3 = 10922.67: rounded up it would be more than the rating plate allows.
         let found = calculated("4096", "8/3");
         assert_eq!(found.scaling, scaling(10_921, 8, 3));
-        assert_eq!(found.scaling.too_large(Native::default()), None);
+        assert_eq!(found.scaling.too_large(ce(4096)), None);
     }
 
     // [R158]
     #[test]
     fn more_steps_than_the_rating_plate_are_told_with_the_smallest_legal_fraction() {
         for legal in [(0xFFF, 1, 1), (0x37FF, 35, 10), (0xFF_FFFF, 0x1000, 1)] {
-            assert_eq!(scaling(legal.0, legal.1, legal.2).too_large(Native::default()), None, "{legal:?}");
+            assert_eq!(scaling(legal.0, legal.1, legal.2).too_large(ce(4096)), None, "{legal:?}");
         }
         for (illegal, fraction, length) in [
             ((0x1000, 1, 1), "100/99", 0xFFF),
             ((0x3800, 35, 10), "347/99", 0x37FF),
             ((0xFF_FFFF, 0xFFF, 1), "4096/1", 0xFF_EFFF),
         ] {
-            let too_large = scaling(illegal.0, illegal.1, illegal.2).too_large(Native::default()).unwrap();
-            assert_eq!(too_large.smallest_fraction.to_string(), fraction, "{illegal:?}");
-            assert_eq!(too_large.largest_measuring_length, length, "{illegal:?}");
+            let too_large = scaling(illegal.0, illegal.1, illegal.2).too_large(ce(4096)).unwrap();
+            assert_eq!(too_large.smallest_fraction.unwrap().to_string(), fraction, "{illegal:?}");
+            assert_eq!(too_large.largest_measuring_length, Some(length), "{illegal:?}");
         }
-        assert_eq!(scaling(0xFF_FFFF, 0x800, 1).too_large(Native::new(8192).unwrap()), None);
-        let too_large = scaling(0xFF_FFFF, 0x7FF, 1).too_large(Native::new(8192).unwrap()).unwrap();
-        assert_eq!(too_large.smallest_fraction.to_string(), "2048/1");
-        let asked = rotary("4097".parse().unwrap(), "1".parse().unwrap(), Native::default()).unwrap();
+        assert_eq!(scaling(0xFF_FFFF, 0x800, 1).too_large(ce(8192)), None);
+        let too_large = scaling(0xFF_FFFF, 0x7FF, 1).too_large(ce(8192)).unwrap();
+        assert_eq!(too_large.smallest_fraction.unwrap().to_string(), "2048/1");
+        let asked = rotary("4097".parse().unwrap(), "1".parse().unwrap(), ce(4096)).unwrap();
         assert_eq!(asked.scaling.measuring_length(), 0x1000);
-        assert!(asked.scaling.too_large(Native::default()).is_some());
+        assert!(asked.scaling.too_large(ce(4096)).is_some());
     }
 
     // [R63]
@@ -373,17 +355,15 @@ mod tests {
 
     #[test]
     fn lengths_beyond_both_ends_are_refused_with_the_nearest_that_works() {
-        let refused = |steps: &str, turns: &str| match rotary(
-            steps.parse().unwrap(),
-            turns.parse().unwrap(),
-            Native::new(8192).unwrap(),
-        ) {
-            Err(RotaryError::Length(refused)) => {
-                let turns = refused.nearest_turns.map(|turns| turns.to_string()).unwrap_or_default();
-                (refused.nearest, turns)
-            }
-            other => panic!("{other:?}"),
-        };
+        let refused =
+            |steps: &str, turns: &str| match rotary(steps.parse().unwrap(), turns.parse().unwrap(), ce(8192))
+            {
+                Err(RotaryError::Length(refused)) => {
+                    let turns = refused.nearest_turns.map(|turns| turns.to_string()).unwrap_or_default();
+                    (refused.nearest, turns)
+                }
+                other => panic!("{other:?}"),
+            };
         assert_eq!(refused("8192", "4096"), (Ratio::from(4096), "2048/1".to_string()));
         assert_eq!(refused("100000", "4096"), (Ratio::from(4096), "".to_string()));
         assert_eq!(refused("100000000", "1"), (Ratio::from(8192), "".to_string()));
@@ -407,8 +387,8 @@ mod tests {
         ]
     }
 
-    fn any_native() -> impl Strategy<Value = Native> {
-        prop_oneof![Just(Native::default()), Just(Native::new(8192).unwrap())]
+    fn any_native() -> impl Strategy<Value = Shaft> {
+        prop_oneof![Just(ce(4096)), Just(ce(8192))]
     }
 
     fn any_scaling() -> impl Strategy<Value = RotaryScaling> {
@@ -417,7 +397,7 @@ mod tests {
     }
 
     /// What the encoder's data check says of a scaling.
-    fn status(scaling: RotaryScaling, native: Native) -> ErrorStatus {
+    fn status(scaling: RotaryScaling, native: Shaft) -> ErrorStatus {
         use encoring_words::Parameter as P;
         let sensor = Sensor::Rotary { steps_per_turn: native.steps_per_turn() };
         let mut set = ParameterSet::factory(Model::Ce65M, sensor);
@@ -458,7 +438,7 @@ mod tests {
                     }
                 }
                 Err(RotaryError::Turns(refused)) => {
-                    let chosen = Turns::from(refused.nearest).choose().unwrap();
+                    let chosen = Turns::from(refused.nearest).choose(native).unwrap();
                     prop_assert_eq!((chosen.fraction, chosen.choice), (refused.nearest, Choice::AsGiven));
                 }
             }
@@ -472,11 +452,12 @@ mod tests {
             prop_assert_eq!(too_large.is_none(), says.is_empty());
             if let Some(instead) = too_large {
                 let s = scaling.measuring_length();
-                let raised = RotaryScaling::new(s, instead.smallest_fraction).unwrap();
+                let raised = RotaryScaling::new(s, instead.smallest_fraction.unwrap(), native).unwrap();
                 prop_assert!(status(raised, native).is_empty());
-                let shortened = RotaryScaling::new(instead.largest_measuring_length, scaling.fraction).unwrap();
+                let largest = instead.largest_measuring_length.unwrap();
+                let shortened = RotaryScaling::new(largest, scaling.fraction, native).unwrap();
                 prop_assert!(status(shortened, native).is_empty());
-                let longer = RotaryScaling::new(instead.largest_measuring_length + 1, scaling.fraction).unwrap();
+                let longer = RotaryScaling::new(largest + 1, scaling.fraction, native).unwrap();
                 prop_assert!(!status(longer, native).is_empty());
             }
         }

@@ -467,7 +467,7 @@ impl SetTable {
             [("preset1_v", self.preset1_v), ("preset2_v", self.preset2_v)].into_iter().enumerate()
         {
             let Some(volts) = volts else { continue };
-            let inputs = unit.model().preset_inputs();
+            let inputs = unit.model().preset_inputs().len();
             if input >= inputs {
                 return Err(Wrong::at(
                     name,
