@@ -165,7 +165,11 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             last_error: None,
             observe: None,
         };
-        let standing = master.read_out()?;
+        let mut standing = master.read_out()?;
+        if standing.service_bit() {
+            master.rest(timing.next_look(LookFor::Recovery));
+            standing = master.read_out()?;
+        }
         if standing.service_bit() {
             return Err(MasterError::OtherMaster { out: standing });
         }
@@ -212,14 +216,32 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     /// Reads OUT, until it can be read. Whoever finds no service bit there has seen ours gone.
     fn read_out(&mut self) -> Result<OutWord, MasterError> {
         let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
-        if !out.service_bit() {
+        self.seen(out);
+        Ok(out)
+    }
+
+    /// Notes that the service bit is gone, if OUT shows the word that took it back, or was let fall: another word may be
+    /// one that the gateway has spoilt.
+    fn seen(&self, out: OutWord) {
+        if let Some(left) = self.left.word()
+            && (out == rest(left) || out == OutWord(0) || self.written == Some(out) && !out.service_bit())
+        {
             self.left.set(OutWord(0));
         }
-        Ok(out)
     }
 
     /// Refuses to work while somebody else does.
     fn alone(&mut self) -> Result<(), MasterError> {
+        match self.is_alone() {
+            Err(MasterError::OtherMaster { .. } | MasterError::Overwritten { .. }) => {}
+            told => return told,
+        }
+        // Seen once it may be a word that the gateway has spoilt.
+        self.rest(self.timing.next_look(LookFor::Recovery));
+        self.is_alone()
+    }
+
+    fn is_alone(&mut self) -> Result<(), MasterError> {
         let left = self.left.word();
         let out = self.read_out()?;
         if left == Some(out) {
@@ -251,8 +273,9 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                     // What it clears it reads back in the next round.
                     let _ = self.bus.cycle(Some((self.position, rest(left))), self.position, &mut []);
                 }
-                // Another word is another master's, and it has taken ours away.
-                Ok(_) => self.left.set(OutWord(0)),
+                // Another service's is another master's, and it has taken ours away.
+                Ok(out) if out.service_bit() => self.left.set(OutWord(0)),
+                Ok(out) => self.seen(out),
                 Err(error) => self.last_error = Some(error),
             }
             if self.interrupted() || self.in_a_hurry() || self.bus.now().since(since) >= self.timing.patience

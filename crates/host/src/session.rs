@@ -25,8 +25,8 @@
 //! cycle only.
 //!
 //! Eight or sixteen bits that happen to match are no reply: a position whose halves are exchanged runs through all of
-//! them. So a reply comes directly after a word with IN bit 31 = 0, but for one word that a gateway may have torn, and
-//! of a read nothing is said to be carried out unless bit 31 was seen 0 again.
+//! them. So a reply comes directly after a word with IN bit 31 = 0, but for words that a gateway may have torn, and of
+//! a read nothing is said to be carried out unless bit 31 was seen 0 again.
 //!
 //! A word that may have left the ring before the present word was on OUT does not show that the encoder is free, and a
 //! reply that only looks as if it stood because the ring has stopped is none. Otherwise the age of a word does not matter:
@@ -37,6 +37,10 @@ use encoring_words::{Access, Duration, InWord, Instant, OutWord};
 
 use crate::request::{Reply, Request};
 use crate::seen::Seen;
+
+/// So many different words with IN bit 31 may follow one another, the reply among them: it, and one that a gateway tore
+/// before it and one behind it.
+const STRANGERS_MAX: u32 = 4;
 
 /// The longest pause between two looks for a reply.
 const REPLY_POLL: Duration = Duration::from_millis(1);
@@ -466,8 +470,7 @@ impl Session {
         None
     }
 
-    /// The reply that a word is, if it is one, and how often it has been seen by now. Behind the last word without bit 31
-    /// there may be one that was torn, and no other.
+    /// The reply that a word is, if it is one, and how often it has been seen by now.
     fn seen_again(
         &self,
         now: Instant,
@@ -475,7 +478,7 @@ impl Session {
         shown: Option<ShownReply>,
         noted: Noted,
     ) -> Option<ShownReply> {
-        let reply = request.answered_by(noted.input).filter(|_| self.strangers <= 2)?;
+        let reply = request.answered_by(noted.input).filter(|_| self.strangers <= STRANGERS_MAX)?;
         Some(match shown {
             Some(shown) if shown.reply == reply => {
                 ShownReply { polls: shown.polls.saturating_add(1), ..shown }
