@@ -215,7 +215,8 @@ impl Judge {
         {
             self.follow(reply);
         }
-        (verdict, stop)
+        // What no encoder sends says nothing of the machine.
+        (verdict, stop.filter(|stop| !matches!(stop, Stop::Implausible(Why::Foreign(_)))))
     }
 
     /// Takes over what is active in the encoder. Whoever tells it once tells every change of it.

@@ -51,9 +51,12 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     subjects: SubjectArguments,
-    /// How often to look
+    /// How often to show what has moved; a verdict that changes is shown at once
     #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = every)]
     every: Duration,
+    /// How often to look and judge; never more than one request is under way
+    #[arg(long, value_name = "TIME", default_value = "10ms", value_parser = every)]
+    poll: Duration,
     #[command(flatten)]
     lasting: Lasting,
     #[command(flatten)]
@@ -72,7 +75,7 @@ fn every(text: &str) -> Result<Duration, String> {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut opened = arguments.subjects.ring.open(Speed::REAL)?;
     let subjects = arguments.subjects.subjects(&opened)?;
-    let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
+    let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
     let about =
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     let (stop, quit) = (opened.stop(), opened.stop());
@@ -200,7 +203,9 @@ impl Lines {
                 }
             }
             let due = old.as_ref().is_none_or(|old| {
-                old.key() != new.key()
+                let time = Duration::from_nanos(new.time_ns.saturating_sub(old.time_ns));
+                old.verdict != new.verdict
+                    || old.key() != new.key() && time >= self.about.every
                     || old.blind != new.blind
                     || new.time_ns.saturating_sub(old.time_ns) >= AGAIN_AFTER.as_nanos()
             });

@@ -137,7 +137,9 @@ fn a_program_gets_a_stream_of_objects() {
     let rest = rest.split_once(',').unwrap().1;
     insta::assert_snapshot!("json_seen", format!("{before}\"time_ns\":...,{rest}"));
     let last: Value = serde_json::from_str(lines.last().unwrap()).unwrap();
-    assert_eq!((&last["event"], last["polls"].as_u64()), (&Value::from("ended"), Some(1)));
+    assert_eq!(last["event"], "ended");
+    assert!((1..=11).contains(&last["polls"].as_u64().unwrap()), "{last}");
+    assert_eq!(lines.len(), 3, "it stands, so it is told once: {out}");
 }
 
 #[test]
