@@ -80,5 +80,5 @@ fn linear_view(arguments: &LinearArguments) -> Result<CalcView, Failure> {
         return Err(bad_input("there is no encoder with a rod"));
     };
     let found = linear_range(arguments, model)?;
-    Ok(CalcView::linear(arguments.length_mm, arguments.resolution_mm, found))
+    Ok(CalcView::linear(arguments.length_mm, arguments.resolution_mm, model, found))
 }

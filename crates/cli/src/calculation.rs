@@ -6,7 +6,7 @@ use encoring_host::request::Request;
 use encoring_host::scaling::{
     Choice, Deviation, Fraction, Linear, Ratio, Rotary, RotaryScaling, Rounding, Shaft, ZeroRisk,
 };
-use encoring_words::model::{Demand, Listed, MODELS, Series, Takes};
+use encoring_words::model::{Demand, Effect, Listed, MODELS, Series, Takes};
 use encoring_words::{Model, Parameter, Service};
 use serde::Serialize;
 
@@ -105,7 +105,12 @@ fn magnitude(deviation: Deviation) -> String {
 }
 
 /// Of a rod.
-pub(crate) fn linear_notes(length_mm: Ratio, resolution_mm: Ratio, found: &Linear) -> Vec<Note> {
+pub(crate) fn linear_notes(
+    length_mm: Ratio,
+    resolution_mm: Ratio,
+    model: Model,
+    found: &Linear,
+) -> Vec<Note> {
     let largest = found.scaling.measuring_length();
     let mut notes = vec![note(
         "range",
@@ -122,13 +127,18 @@ pub(crate) fn linear_notes(length_mm: Ratio, resolution_mm: Ratio, found: &Linea
             ),
         ));
     }
-    notes.push(note("active", "with the reply to service 02; service 08 shows errors and clears them"));
     notes.push(note(
-            "preset",
-            "the stored preset stays as so many steps, which now is another place: the position will be \
-             elsewhere. Make a preset adjustment (service 06) at the end. Preset value 1 (service 04) keeps its \
-             number too.",
-        ));
+        "active",
+        match model.effect() {
+            Effect::AtOnce => "with the reply to service 02; service 08 shows errors and clears them",
+            Effect::AtDataCheck => "with the data check, service 08",
+        },
+    ));
+    let has_value = Service::PresetValue1.known_to(model);
+    let kept = if has_value { " Preset value 1 (service 04) keeps its number too." } else { "" };
+    let preset = "the stored preset stays as so many steps, which now is another place: the position will be elsewhere. \
+                  Make a preset adjustment (service 06) at the end.";
+    notes.push(note("preset", format!("{preset}{kept}")));
     notes
 }
 

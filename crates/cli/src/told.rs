@@ -11,6 +11,7 @@ use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
 use encoring_host::session::{Fate, TimedOut, WaitedFor};
 use encoring_words::model::MODELS;
 use encoring_words::parameter::Code;
+use encoring_words::status::StatusBit;
 use encoring_words::word::In;
 use encoring_words::{Access, ErrorStatus, InWord, Model};
 use serde::Serialize;
@@ -91,20 +92,32 @@ pub(crate) struct StatusView {
 
 #[derive(Serialize)]
 pub(crate) struct BitView {
-    bit: u8,
-    meaning: &'static str,
-    remedy: &'static str,
+    pub(crate) bit: u8,
+    pub(crate) meaning: &'static str,
+    pub(crate) remedy: &'static str,
+}
+
+impl BitView {
+    /// The bits that are set.
+    pub(crate) fn of(status: ErrorStatus) -> Vec<Self> {
+        let row = |row: &StatusBit| Self { bit: row.bit, meaning: row.meaning, remedy: row.remedy };
+        status.explain().map(row).collect()
+    }
 }
 
 impl StatusView {
     pub(crate) fn of(check: Check, model: Model) -> Self {
         let Check { status, remains } = check;
-        let bits =
-            status.explain().map(|row| BitView { bit: row.bit, meaning: row.meaning, remedy: row.remedy });
         let foreign = status.difference(model.status_mask());
         let doubt = (!foreign.is_empty())
             .then(|| format!("a {model} never shows the bits {:04X}: is --model right?", foreign.bits()));
-        Self { status_hex: format!("{:04X}", status.bits()), remains, bits: bits.collect(), doubt, model }
+        Self {
+            status_hex: format!("{:04X}", status.bits()),
+            remains,
+            bits: BitView::of(status),
+            doubt,
+            model,
+        }
     }
 }
 

@@ -10,6 +10,8 @@ use encoring_words::word::{self, FIELDS, In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, ErrorStatus, InWord, Model, OutWord, Service, gray};
 use serde::Serialize;
 
+use crate::told::BitView;
+
 /// A word with its meaning in one direction or in both.
 #[derive(Serialize)]
 pub(crate) struct WordView {
@@ -76,14 +78,7 @@ struct Position {
 #[derive(Serialize)]
 struct StatusView {
     hex: String,
-    bits: Vec<StatusBitView>,
-}
-
-#[derive(Serialize)]
-struct StatusBitView {
-    bit: u8,
-    meaning: &'static str,
-    remedy: &'static str,
+    bits: Vec<BitView>,
 }
 
 /// What a model makes of the service and its data.
@@ -410,12 +405,7 @@ impl Position {
 
 impl StatusView {
     fn new(status: ErrorStatus) -> Self {
-        let bits = status.explain().map(|entry| StatusBitView {
-            bit: entry.bit,
-            meaning: entry.meaning,
-            remedy: entry.remedy,
-        });
-        Self { hex: format!("{:04X}", status.bits()), bits: bits.collect() }
+        Self { hex: format!("{:04X}", status.bits()), bits: BitView::of(status) }
     }
 }
 

@@ -153,7 +153,7 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
         Range::Linear(arguments) => {
             let found = linear_range(arguments, model)?;
             let values = vec![(Parameter::MeasuringLength, found.scaling.measuring_length())];
-            (values, linear_notes(arguments.length_mm, arguments.resolution_mm, &found))
+            (values, linear_notes(arguments.length_mm, arguments.resolution_mm, model, &found))
         }
     };
     Ok(Wanted { values, warnings: notes.into_iter().filter(Note::warns).collect() })

@@ -165,7 +165,7 @@ impl CalcView {
             .flatten()
     }
 
-    pub(super) fn linear(length_mm: Ratio, resolution_mm: Ratio, found: Linear) -> Self {
+    pub(super) fn linear(length_mm: Ratio, resolution_mm: Ratio, model: Model, found: Linear) -> Self {
         let largest = found.scaling.measuring_length();
         Self {
             encoder: "linear",
@@ -190,7 +190,7 @@ impl CalcView {
             too_large: None,
             zero: None,
             gray_wrap_bits: None,
-            notes: linear_notes(length_mm, resolution_mm, &found),
+            notes: linear_notes(length_mm, resolution_mm, model, &found),
             sequence: found.scaling.sequence().map(StepView::new).collect(),
         }
     }

@@ -65,10 +65,8 @@ impl Expectation {
         };
         let measuring_length = check(Parameter::MeasuringLength)?;
         let length = i128::from(measuring_length);
-        let code = match model.position_may_be_gray() {
-            true => active.counting_direction().code,
-            false => Code::Binary,
-        };
+        let may_be_gray = model.position_may_be_gray();
+        let code = if may_be_gray { active.counting_direction().code } else { Code::Binary };
         let largest = model.largest_position(measuring_length);
         match (model.sensor_kind(), sensor) {
             (SensorKind::Linear, Sensor::Linear { rod_um }) if rod_um > 0 => Ok(Self {
