@@ -34,6 +34,9 @@ mod report;
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
 const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 
+/// Threads that wait for the ring on behalf of peers of the control port; more questions wait their turn.
+const THREADS_FOR_PEERS: usize = 4;
+
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
 
@@ -157,7 +160,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     let mut scenario = scenario.map_err(bad_input)?;
     fault::add(&arguments.faults, &mut scenario)?;
-    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let mut runtime = tokio::runtime::Builder::new_current_thread();
+    let runtime = runtime.enable_all().max_blocking_threads(THREADS_FOR_PEERS).build()?;
     let faults = gateway_faults(arguments, &scenario)?;
     runtime.block_on(simulate(arguments, &scenario, faults))
 }

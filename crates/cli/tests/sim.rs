@@ -304,6 +304,41 @@ fn the_control_port_takes_an_encoder_off_the_ring() {
     assert!(last["faulty_cycles"].as_u64().unwrap() > 0);
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_flood_of_peers_takes_few_threads() {
+    let sim = Sim::start(Path::new("."), &["--control", "127.0.0.1:0"]);
+    let status = format!("/proc/{}/status", sim.program.id());
+    let threads = || -> usize {
+        let status = fs::read_to_string(&status).unwrap();
+        let threads = status.lines().find_map(|line| line.strip_prefix("Threads:"));
+        threads.unwrap().trim().parse().unwrap()
+    };
+    let before = threads();
+    let address = sim.listening["control"].as_str().unwrap();
+    let most = std::thread::scope(|scope| {
+        let peers: Vec<_> = (0..20)
+            .map(|_| {
+                scope.spawn(|| {
+                    for _ in 0..50 {
+                        let mut peer = TcpStream::connect(address).unwrap();
+                        // Whoever is one too many may be closed before it has said anything.
+                        let _ = peer.write_all("{\"verb\":\"view\"}\n".repeat(3).as_bytes());
+                        let _ = peer.read(&mut [0]);
+                    }
+                })
+            })
+            .collect();
+        let mut most = 0;
+        while !peers.iter().all(std::thread::ScopedJoinHandle::is_finished) {
+            most = most.max(threads());
+        }
+        most
+    });
+    assert!(most > before && most <= before + 4, "{before}, then {most}");
+    sim.end("-TERM");
+}
+
 /// Reads holding registers.
 fn holding(client: &mut TcpStream, first: u16, count: u8) -> Vec<u16> {
     let [high, low] = first.to_be_bytes();

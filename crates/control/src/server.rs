@@ -104,9 +104,14 @@ impl Peer {
     }
 
     async fn serve(mut self, ring: Handle, units: Arc<[Unit]>) {
+        let mut first = true;
         while let Ok(Ok(Some(line))) = timeout(self.idle, self.line()).await {
+            if std::mem::take(&mut first)
+                && let Some(stranger) = stranger(&line)
+            {
+                return self.farewell(stranger).await;
+            }
             let answer = match line {
-                Ok(line) if is_http(&line) => return self.farewell(Refused::Http).await,
                 Ok(line) => {
                     let (ring, units) = (ring.clone(), Arc::clone(&units));
                     // Its thread is lost only with the runtime, and the ring goes with that.
@@ -158,8 +163,14 @@ impl Peer {
     }
 }
 
-/// A browser can be made to send any text to a port of its own machine, but only behind a line like
-/// `POST / HTTP/1.1`.
-fn is_http(line: &str) -> bool {
-    !line.starts_with('{') && line.contains(" HTTP/")
+/// What is told to a peer whose first line says that it did not mean this port. A browser can be made to send any text
+/// to a port of its own machine, but only behind a first line of its protocol: a request like `POST / HTTP/1.1` or
+/// `OPTIONS rtsp://a RTSP/1.0`, or the bytes of a TLS hello.
+fn stranger(first: &Result<String, LinesCodecError>) -> Option<Refused> {
+    match first {
+        Ok(line) if verbs::is_object(line) => None,
+        Ok(line) if line.contains(" HTTP/") => Some(Refused::Http),
+        Ok(_) | Err(LinesCodecError::Io(_)) => Some(Refused::Stranger),
+        Err(LinesCodecError::MaxLineLengthExceeded) => Some(Refused::TooLong),
+    }
 }

@@ -160,9 +160,14 @@ pub enum Refused {
     /// A line without an end.
     #[error("the line is longer than {LINE_BYTES_MAX} bytes; the connection is closed")]
     TooLong,
-    /// A browser, or another program that did not mean this port.
+    /// A browser.
     #[error("this is no HTTP server; the connection is closed")]
     Http,
+    /// A first line that is no JSON object: another program that did not mean this port.
+    #[error(
+        "the first line is not a JSON object, which looks like {{\"verb\":\"help\"}}; the connection is closed"
+    )]
+    Stranger,
     /// Too many at once.
     #[error("{connections} connections are open, which is the limit; the connection is closed")]
     Full {
@@ -229,6 +234,11 @@ const VERBS: [Verb; 4] = [
 
 fn names() -> String {
     VERBS.map(|verb| verb.name).join(", ")
+}
+
+/// Whether a line is a JSON object, of whatever keys.
+pub(crate) fn is_object(text: &str) -> bool {
+    text.trim_start().starts_with('{') && serde_json::from_str::<IgnoredAny>(text).is_ok()
 }
 
 /// Reads one line. Nothing is done yet.

@@ -17,10 +17,10 @@ const VALID: [&str; 6] = [
     r#"{"verb":"view","id":12}"#,
 ];
 
-/// One answer a line, whatever the bytes.
+/// One answer a line, whatever the bytes behind a first line that is an object.
 async fn answered(server: &Server, bytes: &[u8], lines: usize) {
-    let answers = server.exchange(bytes).await;
-    assert_eq!(answers.len(), lines, "{}", String::from_utf8_lossy(bytes));
+    let answers = server.exchange(&[b"{}\n", bytes].concat()).await;
+    assert_eq!(answers.len(), lines + 1, "{}", String::from_utf8_lossy(bytes));
     for answer in answers {
         assert!(answer["ok"] == true || answer["error"].is_string(), "{answer}");
     }

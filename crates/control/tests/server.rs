@@ -73,9 +73,10 @@ async fn what_comes_after_the_last_answer_does_not_reset_the_connection_over_it(
 #[tokio::test]
 async fn a_line_that_is_no_text_is_refused_and_the_next_one_answered() {
     let server = Server::start(Options::default()).await;
-    let answers = server.exchange(b"\xff\xfe\n{\"verb\":\"line\",\"fault\":\"none\"}\n\x80").await;
-    let refused = json!({ "ok": false, "error": "the line is not UTF-8" });
-    assert_eq!(answers, [refused.clone(), json!({ "ok": true }), refused]);
+    let done = "{\"verb\":\"line\",\"fault\":\"none\"}\n".as_bytes();
+    let answers = server.exchange(&[done, b"\xff\xfe\n", done, b"\x80"].concat()).await;
+    let (refused, done) = (json!({ "ok": false, "error": "the line is not UTF-8" }), json!({ "ok": true }));
+    assert_eq!(answers, [done.clone(), refused.clone(), done, refused]);
 }
 
 #[tokio::test]
@@ -87,6 +88,33 @@ async fn a_web_page_cannot_slip_a_line_in() {
     let error = "this is no HTTP server; the connection is closed";
     assert_eq!(server.exchange(post.as_bytes()).await, [json!({ "ok": false, "error": error })]);
     assert_eq!(server.ring.view()["devices"][1]["raw"], 5);
+}
+
+#[tokio::test]
+async fn a_connection_whose_first_line_is_no_json_object_gets_one_answer_and_does_nothing() {
+    let server = Server::start(Options::default()).await;
+    server.ring.done(r#"{"verb":"set","position":1,"set":{"raw":5}}"#);
+    // The head of a TLS record and of its hello; a page chooses the ticket in it.
+    let hello = b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\xff ticket";
+    for first in [
+        &b"OPTIONS rtsp://127.0.0.1 RTSP/1.0"[..],
+        hello,
+        b"",
+        b"help",
+        b"[1]",
+        b"\"{}\"",
+        b"{\"verb\":",
+        b"{} {}",
+    ] {
+        let sent = [first, b"\n{\"verb\":\"set\",\"position\":1,\"set\":{\"raw\":6}}\n"].concat();
+        let answers = server.exchange(&sent).await;
+        let error = r#"the first line is not a JSON object, which looks like {"verb":"help"}; the connection is closed"#;
+        assert_eq!(answers, [json!({ "ok": false, "error": error })], "{}", String::from_utf8_lossy(first));
+    }
+    assert_eq!(server.ring.view()["devices"][1]["raw"], 5);
+    // An object is one, whatever is in it.
+    let answers = server.exchange(b" {\"verb\":\"hepl\"}\nhelp\n{\"verb\":\"help\"}\n").await;
+    assert_eq!(answers.iter().map(|answer| &answer["ok"]).collect::<Vec<_>>(), [false, false, true]);
 }
 
 #[tokio::test]
