@@ -27,7 +27,8 @@ nothing else; differences and the last line then go to standard error.
 A trace starts from a new encoder with factory values, and 4096 steps per turn
 if --native says nothing. A recording (its first
 line is `# encoring-trace 1`) names its encoders: --at chooses one, and its
-memory, model and all other settings come from the file.
+memory, model and all other settings come from the file. What a killed run
+left, FILE.partial, replays up to its last whole row.
 
 Examples:
   encoring replay --model ce-65-m --native 8192 trace.csv
@@ -157,6 +158,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     // Rows before a bad one are shown all the same.
     player.flush()?;
     played?;
+    if let Some(line) = reader.piece() {
+        output::note(&format!(
+            "note: {} line {line} has no line end: the recording was cut off there, and this row is left out",
+            source.name
+        ));
+    }
     player.finish()
 }
 

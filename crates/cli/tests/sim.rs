@@ -718,9 +718,23 @@ fn what_a_killed_run_recorded_is_kept_and_links_and_pipes_are_refused() {
     assert_eq!((code, said.as_str()), (Some(0), note));
     let remains = fs::read_to_string(here.join("a.csv.1.partial")).unwrap();
     let whole = &remains[..=remains.rfind('\n').unwrap()];
-    fs::write(here.join("whole.csv"), whole).unwrap();
-    let replayed = run(here, &["replay", "--at", "0", "whole.csv"]);
-    assert!(String::from_utf8(replayed.stdout).unwrap().ends_with(" rows, 0 differences\n"));
+    let replayed = run(here, &["replay", "--at", "0", "a.csv.1.partial"]);
+    assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+    let played = String::from_utf8(replayed.stdout).unwrap();
+    assert!(played.ends_with(" rows, 0 differences\n"), "{played}");
+    // Wherever the last row is cut off, also where it still reads as a row.
+    let last = whole[..whole.len() - 1].rfind('\n').unwrap() + 1;
+    let line = whole.lines().count();
+    let position = whole[last..].split(',').nth(1).unwrap();
+    for end in last + 1..whole.len() {
+        fs::write(here.join("cut.csv"), &whole[..end]).unwrap();
+        let replayed = run(here, &["replay", "--at", position, "cut.csv"]);
+        assert_eq!(replayed.status.code(), Some(0), "{replayed:?}");
+        let note = format!(
+            "note: cut.csv line {line} has no line end: the recording was cut off there, and this row is left out\n"
+        );
+        assert_eq!(String::from_utf8(replayed.stderr).unwrap(), note);
+    }
 
     fs::write(here.join("precious"), "precious").unwrap();
     std::os::unix::fs::symlink("precious", here.join("b.csv.partial")).unwrap();
@@ -798,9 +812,14 @@ fn killed(times: u32) {
         let recorded = fs::read_to_string(here.join("a.csv.partial")).unwrap();
         let whole = &recorded[..recorded.rfind('\n').map_or(0, |end| end + 1)];
         if whole.contains("\ntime_us,") {
-            fs::write(here.join("whole.csv"), whole).unwrap();
-            let replayed = run(here, &["replay", "--at", "2", "whole.csv"]);
+            let replayed = run(here, &["replay", "--at", "2", "a.csv.partial"]);
             assert_eq!(replayed.status.code(), Some(0), "kill {kill}: {replayed:?}");
+            let told = String::from_utf8(replayed.stderr).unwrap();
+            assert_eq!(
+                told.contains(" has no line end"),
+                whole.len() < recorded.len(),
+                "kill {kill}: {told}"
+            );
         }
     }
 }

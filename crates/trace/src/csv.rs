@@ -13,12 +13,16 @@ const LINE_LIMIT: usize = 4096;
 const ROW_NS: u64 = 1_000_000;
 
 /// Reads a trace or a recording, row by row. After the first error there are no more rows.
+///
+/// A recording that was cut off, as a killed program leaves it, has the rows up to its last line end: a last row
+/// without one may be a piece that still reads as a row, and is left out.
 #[derive(Debug)]
 pub struct Reader<R> {
     lines: Lines<R>,
     recording: Option<Recording>,
     columns: Vec<Column>,
     previous_ns: Option<u64>,
+    piece: Option<u64>,
     ended: bool,
 }
 
@@ -45,12 +49,17 @@ impl<R: Read> Reader<R> {
         if recording.is_some() && !columns.contains(&Column::Position) {
             return Err(lines.error(None, Problem::NoPosition));
         }
-        Ok(Self { lines, recording, columns, previous_ns: None, ended: false })
+        Ok(Self { lines, recording, columns, previous_ns: None, piece: None, ended: false })
     }
 
     /// The encoders that the file starts from, if it is a recording.
     pub fn recording(&self) -> Option<&Recording> {
         self.recording.as_ref()
+    }
+
+    /// The line of the last row of a recording, if it has no line end and was left out; known behind the last row.
+    pub const fn piece(&self) -> Option<u64> {
+        self.piece
     }
 
     fn row(&mut self) -> Result<Option<Row>, Error> {
@@ -61,6 +70,10 @@ impl<R: Read> Reader<R> {
             if is_header_or_row(self.lines.line()) {
                 break;
             }
+        }
+        if self.recording.is_some() && !self.lines.is_ended() {
+            self.piece = Some(self.lines.number());
+            return Ok(None);
         }
         let time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
         let mut row = Row { line: self.lines.number(), time_ns, ..Row::default() };

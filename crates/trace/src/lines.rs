@@ -12,11 +12,12 @@ pub(crate) struct Lines<R> {
     source: BufReader<R>,
     number: u64,
     line: Vec<u8>,
+    ended: bool,
 }
 
 impl<R: Read> Lines<R> {
     pub(crate) fn new(file: String, source: R) -> Self {
-        Self { file, source: BufReader::new(source), number: 0, line: Vec::new() }
+        Self { file, source: BufReader::new(source), number: 0, line: Vec::new(), ended: false }
     }
 
     /// Goes to the next line; false at the end of the file.
@@ -30,6 +31,7 @@ impl<R: Read> Lines<R> {
         if read.map_err(|error| self.error(None, Problem::Read(error)))? == 0 {
             return Ok(false);
         }
+        self.ended = self.line.ends_with(b"\n");
         for end in [b'\n', b'\r'] {
             self.line.pop_if(|byte| *byte == end);
         }
@@ -42,6 +44,11 @@ impl<R: Read> Lines<R> {
     /// The line without its end.
     pub(crate) fn line(&self) -> &[u8] {
         &self.line
+    }
+
+    /// Whether the line has an end; only the last of a file may have none.
+    pub(crate) const fn is_ended(&self) -> bool {
+        self.ended
     }
 
     pub(crate) fn number(&self) -> u64 {
