@@ -103,7 +103,7 @@ def good_gateway(folder, *options):
     with Bridge(folder, *options) as bridge:
         # A machine under load is slow, and that is not what is tested here.
         bridge.add("timeout_ms=10000")
-        bridge.patience = "20s"
+        bridge.patience = "30s"
         for position in range(3):
             code, read, err = bridge.encoring("read", position, "all")
             assert code == 0, err

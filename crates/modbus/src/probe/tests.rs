@@ -175,7 +175,7 @@ fn what_is_told_reads_like_this() {
     );
     gateway.no_table = Some(Table::Input);
     insta::assert_snapshot!(told(&gateway.search()), @r"
-    one place stands out; 141 requests
+    one place stands out; 143 requests
     certain: modbus-tcp://gateway:502?out=holding:0&in=holding:1000&order=low-first (3)
       2 moving as positions do, upper byte 00h or 20h
       no other registers around them
@@ -306,7 +306,7 @@ fn a_time_out_ends_the_search_and_is_told() {
     assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) }.into());
     assert_eq!(
         error.to_string(),
-        "no answer within 1 s after 14 requests, reading 1 registers from input:300"
+        "no answer within 1 s after 14 requests, reading 1 registers from input:256"
     );
 }
 
