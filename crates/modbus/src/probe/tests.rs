@@ -179,8 +179,8 @@ fn what_is_told_reads_like_this() {
     certain: modbus-tcp://gateway:502?out=holding:0&in=holding:1000&order=low-first (3)
       2 moving as positions do, upper byte 00h or 20h
       no other registers around them
-      in the other word order 1F720000h, which no encoder sends so
-      OUT words believed to be at holding:0, nothing was written
+      in the other word order 1F750000h, which no encoder sends so
+      OUT words believed to be at holding:0, nothing was written; their word order cannot be read, it is taken to be the same (order_out)
     ");
 }
 
