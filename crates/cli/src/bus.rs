@@ -208,6 +208,11 @@ impl Opened {
         }
     }
 
+    /// The command changes nothing: it may end while it waits for whoever reads its output.
+    pub(crate) fn only_looks(&self) {
+        self.interrupt.only_looks();
+    }
+
     /// The mark that Ctrl-C sets.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         self.interrupt.stop()

@@ -1,19 +1,39 @@
 //! Ctrl-C and SIGTERM: the first asks a command to end in order, the second ends it, whatever it waits for.
+//!
+//! A command that only looks ends on the first signal also where it waits for whoever reads its output.
 
 use std::io;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::thread::sleep;
+use std::thread::{self, sleep};
 use std::time::Duration;
 
 use encoring_bus::LeftBit;
 use encoring_words::OutWord;
+use ratatui::crossterm::terminal::disable_raw_mode;
 
 use crate::output::{Failure, note};
 
 /// What a command has after the second signal to end by itself.
 const LAST_CHANCE: Duration = Duration::from_millis(1_500);
+
+/// How long a reader that takes nothing is waited for after the first signal.
+const READER_PATIENCE: Duration = Duration::from_secs(1);
+
+/// How often is looked whether the reader has taken something.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+
+/// How often the program has waited for its reader or gone on: odd while it waits.
+static READER: AtomicU32 = AtomicU32::new(0);
+
+/// Does what may wait for whoever reads the output. One thread does that at a time.
+pub(crate) fn awaiting_reader<T>(write: impl FnOnce() -> T) -> T {
+    READER.fetch_add(1, Ordering::Relaxed);
+    let written = write();
+    READER.fetch_add(1, Ordering::Relaxed);
+    written
+}
 
 /// The exit code of a command that has no answer.
 const NO_ANSWER: i32 = 3;
@@ -23,12 +43,13 @@ const NO_ANSWER: i32 = 3;
 pub(crate) struct Interrupt {
     stop: Arc<AtomicBool>,
     left: Arc<Mutex<Option<(usize, LeftBit)>>>,
+    only_looks: Arc<AtomicBool>,
 }
 
 impl Interrupt {
     /// Takes the signals of this process.
     pub(crate) fn new() -> Result<Self, Failure> {
-        let interrupt = Self { stop: Arc::default(), left: Arc::default() };
+        let interrupt = Self { stop: Arc::default(), left: Arc::default(), only_looks: Arc::default() };
         let (mine, signals) = (interrupt.clone(), AtomicU32::new(0));
         ctrlc::set_handler(move || mine.signalled(signals.fetch_add(1, Ordering::Relaxed) + 1))
             .map_err(|cause| Failure::Output(io::Error::other(cause)))?;
@@ -40,6 +61,11 @@ impl Interrupt {
         Arc::clone(&self.stop)
     }
 
+    /// The command leaves nothing behind that must be put in order, so it may end while it waits for its reader.
+    pub(crate) fn only_looks(&self) {
+        self.only_looks.store(true, Ordering::Relaxed);
+    }
+
     /// From now on a service may be under way at this position.
     pub(crate) fn serving(&self, position: usize, left: LeftBit) {
         *self.left.lock().unwrap_or_else(PoisonError::into_inner) = Some((position, left));
@@ -49,6 +75,10 @@ impl Interrupt {
     fn signalled(&self, signals: u32) {
         self.stop.store(true, Ordering::Relaxed);
         if signals < 2 {
+            if self.only_looks.load(Ordering::Relaxed) {
+                // Beside the handler, which the second signal needs.
+                thread::spawn(end_if_unread);
+            }
             return;
         }
         sleep(LAST_CHANCE);
@@ -60,6 +90,21 @@ impl Interrupt {
         note("error: interrupted twice");
         exit(NO_ANSWER);
     }
+}
+
+/// Ends the program when its reader takes nothing.
+#[expect(clippy::disallowed_methods, reason = "nothing ends this wait but the end of the command")]
+fn end_if_unread() {
+    let (mut before, mut patience) = (READER.load(Ordering::Relaxed), READER_PATIENCE);
+    while !patience.is_zero() {
+        sleep(LOOK_EVERY);
+        let now = READER.load(Ordering::Relaxed);
+        patience = if now == before && now % 2 == 1 { patience - LOOK_EVERY } else { READER_PATIENCE };
+        before = now;
+    }
+    // Drawing is not to be waited for either, so of the terminal only this is put back.
+    let _ = disable_raw_mode();
+    exit(0);
 }
 
 /// What must be told of a service bit that was not seen gone.

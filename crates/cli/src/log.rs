@@ -1,7 +1,7 @@
 //! `encoring log`: what encoders show, into files, for days.
 
 use std::fmt;
-use std::io::{self, IsTerminal};
+use std::io;
 use std::path::PathBuf;
 use std::time::{Duration as Real, Instant as Clock, SystemTime};
 
@@ -11,19 +11,24 @@ use encoring_bus::{Judgement, Link};
 use encoring_station::SharedWorld;
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
 use encoring_words::Duration;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace};
 use crate::bus::AnyBus;
+use crate::interrupt::awaiting_reader;
+use crate::output::printer::Printer;
+use crate::output::progress::Progress;
 use crate::output::time::seconds;
-use crate::output::{Answer, Failure, bad_input, note};
+use crate::output::{Answer, Failure, Format, bad_input, note, page};
 use crate::subjects::SubjectArguments;
 use crate::told::looked;
 
 /// A power cut loses at most what came in this time.
 const FLUSH_EVERY: Real = Real::from_secs(1);
+/// The bar of a log whose end is known, and of one without.
+const BAR: &str = "{bar:30} {percent:>3} %  {msg}, {eta} left";
+const SPINNER: &str = "{spinner} {msg}; Ctrl-C ends";
 /// How often the progress is shown.
 const SHOW_EVERY: Real = Real::from_millis(200);
 
@@ -131,7 +136,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         time_ns: arguments.rotate_every.map(Duration::as_nanos),
         keep: arguments.keep,
     };
-    let log = Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation)?;
+    opened.only_looks();
+    // A pipe may have no reader yet.
+    let log =
+        awaiting_reader(|| Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation))?;
     if let Some(oldest) = log.doomed() {
         note(&format!(
             "note: --keep {}: {} is deleted when the next file takes its turn",
@@ -140,16 +148,22 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         ));
     }
     let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
-    let stop = opened.stop();
+    let (stop, quit) = (opened.stop(), opened.stop());
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
     let special = log.is_special();
-    let (summary, answer) = Logging::new(log, arguments).run(watch, opened.world.as_ref())?;
+    let logging = Logging::new(log, arguments)?;
+    let (summary, answer, mut notes) = logging.run(watch, opened.world.as_ref())?;
+    let format = arguments.output.format;
     if special {
-        note(&summary.to_string());
+        let _ = notes.print(page(Format::Text, &summary)?);
     } else {
-        arguments.output.print(&summary)?;
+        let mut out = Printer::start(io::stdout(), format)?;
+        out.print(page(format, &summary)?)?;
+        out.close().wait(&quit)?;
     }
+    // Whoever closed standard error does not want to know.
+    let _ = notes.close().wait(&quit);
     opened.close()?;
     Ok(answer)
 }
@@ -184,16 +198,20 @@ struct Logging<'a> {
     polls: u64,
     flushed: Clock,
     shown: Clock,
-    bar: Option<ProgressBar>,
+    progress: Progress,
+    notes: Printer,
 }
 
 impl<'a> Logging<'a> {
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn new(log: Log, arguments: &'a Arguments) -> Self {
+    fn new(log: Log, arguments: &'a Arguments) -> io::Result<Self> {
         let now = Clock::now();
         let verdicts = [0; Judgement::WORDS.len()];
-        let bar = io::stderr().is_terminal().then(|| bar(arguments.lasting.lasting));
-        Self { log, arguments, before: Vec::new(), verdicts, polls: 0, flushed: now, shown: now, bar }
+        let lasting = arguments.lasting.lasting;
+        let progress = Progress::start(lasting, if lasting.is_some() { BAR } else { SPINNER })?;
+        let notes = Printer::start(progress.beside(), Format::Text)?;
+        let before = Vec::new();
+        Ok(Self { log, arguments, before, verdicts, polls: 0, flushed: now, shown: now, progress, notes })
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
@@ -201,21 +219,21 @@ impl<'a> Logging<'a> {
         mut self,
         mut watch: Watch<'_, AnyBus>,
         world: Option<&SharedWorld>,
-    ) -> Result<(Summary, Answer), LogError> {
+    ) -> Result<(Summary, Answer, Printer), LogError> {
         let began = watch.now();
         while let Some(poll) = watch.poll_with(|position| world?.insight(position)) {
             self.poll(poll)?;
             let now = Clock::now();
             if now.duration_since(self.flushed) >= FLUSH_EVERY {
                 self.flushed = now;
-                self.log.flush()?;
+                self.flush()?;
             }
             if now.duration_since(self.shown) >= SHOW_EVERY {
                 self.shown = now;
                 self.show(poll.at.since(began));
             }
         }
-        self.log.flush()?;
+        self.flush()?;
         let verdicts = Judgement::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
         let summary = Summary {
             file: self.arguments.file.display().to_string(),
@@ -225,7 +243,7 @@ impl<'a> Logging<'a> {
             files: self.log.files(),
             verdicts: verdicts.map(|(verdict, polls)| Count { verdict, polls }).collect(),
         };
-        Ok((summary, looked(&watch)))
+        Ok((summary, looked(&watch), self.notes))
     }
 
     fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {
@@ -233,7 +251,9 @@ impl<'a> Logging<'a> {
         for event in &poll.link {
             // Every attempt would be too much for days.
             if !matches!(event.what, Link::Failed { .. }) && event.what.is_trouble() {
-                self.tell(&format!("note: {} s: {}", seconds(event.at.as_nanos()), event.what));
+                // Whoever closed standard error does not want to know.
+                let _ =
+                    self.notes.print(format!("note: {} s: {}\n", seconds(event.at.as_nanos()), event.what));
             }
         }
         for (k, sight) in poll.sights.iter().enumerate() {
@@ -261,49 +281,20 @@ impl<'a> Logging<'a> {
             Some(before) => *before = now,
             None => self.before.push(now),
         }
-        self.log.write(&row)
+        self.written(|log| log.write(&row))
     }
 
-    fn tell(&self, line: &str) {
-        match &self.bar {
-            Some(bar) => bar.suspend(|| note(line)),
-            None => note(line),
-        }
+    fn flush(&mut self) -> Result<(), LogError> {
+        self.written(Log::flush)
+    }
+
+    /// A pipe has a reader that may take nothing, a file has none.
+    fn written(&mut self, write: impl FnOnce(&mut Log) -> Result<(), LogError>) -> Result<(), LogError> {
+        if self.log.is_special() { awaiting_reader(|| write(&mut self.log)) } else { write(&mut self.log) }
     }
 
     fn show(&self, passed: Duration) {
-        let Some(bar) = &self.bar else { return };
-        bar.set_message(format!(
-            "{} rows, {} s, file {}",
-            self.log.rows(),
-            seconds(passed.as_nanos()),
-            self.log.files()
-        ));
-        if self.arguments.lasting.lasting.is_some() {
-            bar.set_position(passed.as_nanos() / 1_000_000);
-        } else {
-            bar.tick();
-        }
-    }
-}
-
-impl Drop for Logging<'_> {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
-    }
-}
-
-fn bar(lasting: Option<Duration>) -> ProgressBar {
-    let (bar, template) = match lasting {
-        Some(lasting) => {
-            (ProgressBar::new(lasting.as_nanos() / 1_000_000), "{bar:30} {percent:>3} %  {msg}, {eta} left")
-        }
-        None => (ProgressBar::new_spinner(), "{spinner} {msg}; Ctrl-C ends"),
-    };
-    match ProgressStyle::with_template(template) {
-        Ok(style) => bar.with_style(style),
-        Err(_) => bar,
+        let (rows, files) = (self.log.rows(), self.log.files());
+        self.progress.show(passed, || format!("{rows} rows, {} s, file {files}", seconds(passed.as_nanos())));
     }
 }

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 
 pub(crate) mod printer;
+pub(crate) mod progress;
 pub(crate) mod ratio;
 pub(crate) mod time;
 
@@ -85,16 +86,22 @@ pub(crate) fn finish(result: Result<Answer, Failure>) -> ExitCode {
 /// Prints a report: for people as it displays, for programs as one JSON object.
 pub(crate) fn print<V: std::fmt::Display + serde::Serialize>(format: Format, view: &V) -> io::Result<()> {
     use io::Write;
-    let mut page = match format {
-        Format::Text => view.to_string().into_bytes(),
-        Format::Json => serde_json::to_vec(view)?,
-    };
-    if page.last() != Some(&b'\n') {
-        page.push(b'\n');
-    }
+    let page = page(format, view)?;
     let mut out = io::stdout().lock();
-    out.write_all(&page)?;
+    out.write_all(page.as_bytes())?;
     out.flush()
+}
+
+/// A report as it is printed, with the end of its last line.
+pub(crate) fn page<V: std::fmt::Display + serde::Serialize>(format: Format, view: &V) -> io::Result<String> {
+    let mut page = match format {
+        Format::Text => view.to_string(),
+        Format::Json => serde_json::to_string(view)?,
+    };
+    if !page.ends_with('\n') {
+        page.push('\n');
+    }
+    Ok(page)
 }
 
 /// Prints one JSON object.

@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::fs;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -17,7 +17,6 @@ use encoring_sim::{Scenario, Shown, World};
 use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_trace::wave::Format as WaveFormat;
 use encoring_words::Duration;
-use indicatif::{ProgressBar, ProgressStyle};
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
@@ -26,6 +25,7 @@ use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace, State};
 use crate::memories::can_be_written;
 use crate::output::printer::{Closing, READER_PATIENCE};
+use crate::output::progress::Progress;
 use crate::output::{Answer, Failure, bad_input, note};
 use report::{Addresses, Report};
 
@@ -36,6 +36,9 @@ const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 
 /// Threads that wait for the ring on behalf of peers of the control port; more questions wait their turn.
 const THREADS_FOR_PEERS: usize = 4;
+
+/// The bar of a run whose end is known.
+const BAR: &str = "{bar:40} {percent:>3} % of the time on the ring, {eta} left";
 
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
@@ -203,6 +206,8 @@ async fn simulate(
     memories.as_ref().map_or(Ok(()), can_be_written)?;
     let (recording, record) = arguments.record(&mut world)?.unzip();
     let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
+    let lasting = arguments.lasting.lasting;
+    let progress = lasting.map(|lasting| Progress::start(Some(lasting), BAR)).transpose()?;
     let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
     let station = Station::start(world, options)?;
     let keeper = memories.map(|folder| Keeper::start(station.handle().clone(), folder, units.clone()));
@@ -212,12 +217,11 @@ async fn simulate(
 
     // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
     let mut told = report.start(station.first_view(), &addresses);
-    let progress = Progress::new(arguments.lasting.lasting);
     let mut patience = None;
     if told.is_ok() {
         tokio::select! {
             () = signalled.notified() => patience = Some(READER_PATIENCE),
-            ended = finished(&station, &progress, &mut report) => told = ended,
+            ended = finished(&station, progress.as_ref(), &mut report) => told = ended,
         }
     }
     drop((progress, stop));
@@ -279,9 +283,13 @@ fn serve(
 }
 
 /// Waits until the ring has stopped by itself, and tells meanwhile what happens on it.
-async fn finished(station: &Station, progress: &Progress, report: &mut Report) -> io::Result<()> {
+async fn finished(station: &Station, progress: Option<&Progress>, report: &mut Report) -> io::Result<()> {
     while !station.is_finished() {
-        progress.show(station);
+        if let Some(progress) = progress
+            && let Ok(view) = station.handle().view()
+        {
+            progress.show(Duration::from_nanos(view.time_ns), String::new);
+        }
         if let Ok(events) = station.handle().events(report.next_event()) {
             report.events(&events)?;
         }
@@ -380,35 +388,6 @@ fn finish_recording(file: &Path, recording: RecordingFile, recorded: io::Result<
     let finished = recorded.and_then(|()| recording.finish());
     finished
         .map_err(|cause| format!("--record {}: {cause}; what was written is in {partial}", file.display()))
-}
-
-/// A bar on the terminal for a run whose end is known.
-struct Progress(Option<ProgressBar>);
-
-impl Progress {
-    fn new(lasting: Option<Duration>) -> Self {
-        let bar = lasting.filter(|_| io::stderr().is_terminal()).map(|lasting| {
-            let bar = ProgressBar::new(lasting.as_nanos() / 1_000_000);
-            let style =
-                ProgressStyle::with_template("{bar:40} {percent:>3} % of the time on the ring, {eta} left");
-            bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-        });
-        Self(bar)
-    }
-
-    fn show(&self, station: &Station) {
-        if let (Some(bar), Ok(view)) = (&self.0, station.handle().view()) {
-            bar.set_position(view.time_ns / 1_000_000);
-        }
-    }
-}
-
-impl Drop for Progress {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.0 {
-            bar.finish_and_clear();
-        }
-    }
 }
 
 /// The address that a server got, with a warning if it is open to others.

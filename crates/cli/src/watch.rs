@@ -78,6 +78,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
     let about =
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
+    opened.only_looks();
     let (stop, quit) = (opened.stop(), opened.stop());
     let watch =
         Watched { watch: Watch::new(&mut *opened.bus, subjects, plan, stop), world: opened.world.clone() };

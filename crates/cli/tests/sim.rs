@@ -771,6 +771,47 @@ fn a_recording_that_no_longer_fits_ends_in_whole_rows_and_nothing_else_does() {
     assert_ne!(replayed.stdout, b"0 rows, 0 differences\n");
 }
 
+#[cfg(unix)]
+#[test]
+fn memories_that_do_not_fit_are_told_at_once_and_each_is_tried() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    // No file at all may hold a byte, in place of a full disk; the lock has none.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 0; exec {PROGRAM} sim --modbus 127.0.0.1:0 --format json --state memories"
+    );
+    let mut program = Command::new("sh")
+        .current_dir(here)
+        .args(["-c", &script])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(program.stdout.take().unwrap());
+    let mut positions = Vec::new();
+    while positions.len() < 3 {
+        let mut line = String::new();
+        assert!(lines.read_line(&mut line).unwrap() > 0, "{positions:?}");
+        let told: serde_json::Value = serde_json::from_str(&line).unwrap();
+        if told["event"] == "memory_not_saved" {
+            positions.push(told["position"].as_u64().unwrap());
+        }
+    }
+    assert_eq!(positions, [0, 1, 2]);
+    let pid = program.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    let mut said = String::new();
+    program.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(program.wait().unwrap().code(), Some(3), "{said}");
+    let last = said.lines().last().unwrap();
+    for position in 0..3 {
+        let file = format!("memories/encoder-{position}.toml: ");
+        assert!(last.starts_with("error: --state ") && last.contains(&file), "{said}");
+        assert_eq!(said.lines().filter(|line| line.starts_with("note: ") && line.contains(&file)).count(), 1);
+    }
+    assert_eq!(fs::read_dir(here.join("memories")).unwrap().count(), 1, "only the lock is left");
+}
+
 /// Kills a simulation at so many moments: what was acknowledged more than a second before is in its file, every state
 /// file is whole, and what was recorded replays up to its last whole row.
 fn killed(times: u32) {

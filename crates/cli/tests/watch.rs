@@ -431,3 +431,47 @@ fn a_signal_ends_a_watch_whose_output_nobody_reads() {
     assert_eq!(program.wait().unwrap().code(), Some(0));
     drop(lines);
 }
+
+#[cfg(unix)]
+#[test]
+#[expect(
+    clippy::disallowed_methods,
+    reason = "a program that waits for its reader shows nothing to wait for"
+)]
+fn a_signal_ends_a_log_into_a_pipe_that_nobody_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let (reader, filler) = std::io::pipe().unwrap();
+    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
+    // The one is full after a moment, the other is never opened for reading.
+    for file in ["/dev/stdout", "pipe"] {
+        let mut program = Command::new(PROGRAM)
+            .current_dir(folder.path())
+            .args(["log", file, "--bus", "sim", "--every", "0", "--speed", "max"])
+            .stdout(filler.try_clone().unwrap())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_secs(1));
+        let pid = program.id().to_string();
+        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        assert_eq!(program.wait().unwrap().code(), Some(0));
+    }
+    drop(reader);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_log_that_no_longer_fits_ends_with_3_in_whole_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    // A limit on the length of a file, in place of a full disk: 100 blocks of 512 bytes.
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 100; exec {PROGRAM} log a.csv --bus sim --every 0 --for 1h --speed max"
+    );
+    let output = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap();
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.starts_with("error: ") && said.contains("a.csv: cannot write: "), "{said}");
+    let log = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert!(log.ends_with('\n') && log.len() <= 51_200, "{}", log.len());
+    let rows = rows(&folder.path().join("a.csv"));
+    assert!(rows.len() > 100 && rows.iter().all(|row| row.split(',').count() == 5), "{:?}", rows.last());
+}

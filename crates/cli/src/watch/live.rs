@@ -13,6 +13,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 
 use super::screen::{Screen, Update, Way};
 use super::{About, Watched};
+use crate::interrupt::awaiting_reader;
 use crate::output::Answer;
 use crate::told::looked;
 
@@ -27,7 +28,7 @@ pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>
     let polled = &mut watched;
     thread::scope(|scope| {
         // It also sets a hook that restores the terminal before a panic's message.
-        let terminal = ratatui::try_init()?;
+        let terminal = awaiting_reader(ratatui::try_init)?;
         let restored = Restored;
         let polling = thread::Builder::new().name("polls".to_owned());
         polling.spawn_scoped(scope, move || polls(polled, &updates))?;
@@ -45,7 +46,7 @@ struct Restored;
 
 impl Drop for Restored {
     fn drop(&mut self) {
-        ratatui::restore();
+        awaiting_reader(ratatui::restore);
     }
 }
 
@@ -77,7 +78,7 @@ fn draw(
             }
         }
         let ago = u64::try_from(last.elapsed().as_nanos()).unwrap_or(u64::MAX);
-        terminal.draw(|frame| screen.draw(frame, Duration::from_nanos(ago)))?;
+        awaiting_reader(|| terminal.draw(|frame| screen.draw(frame, Duration::from_nanos(ago))).map(drop))?;
         if stop.load(Ordering::Relaxed) {
             return Ok(());
         }
