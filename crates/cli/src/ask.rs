@@ -3,6 +3,7 @@
 use std::io::{self, BufRead, IsTerminal, Write};
 
 use crate::arguments::Consent;
+use crate::interrupt::asking;
 use crate::output::{Failure, bad_input};
 
 /// What a data check does that nobody expects.
@@ -33,7 +34,7 @@ pub(crate) fn asked(what: &str) -> Result<(), Failure> {
     write!(terminal, "{what}\nGo on? [y/N] ")?;
     terminal.flush()?;
     let mut answer = String::new();
-    io::stdin().lock().read_line(&mut answer)?;
+    asking(|| io::stdin().lock().read_line(&mut answer))?;
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err(Failure::Refused("not done: the answer was no".to_owned())),

@@ -92,7 +92,7 @@ fn look_and_check<S: Services<Error = MasterError>>(
     let code = code(services, target.model).ok();
     Ok(CheckView {
         target: TargetView::new(target),
-        status: StatusView::of(check, target.model),
+        status: StatusView::after(before, check, target.model),
         before: Shown::new(before, code),
         after: Shown::new(after, code),
         check,

@@ -1,6 +1,7 @@
 //! Ctrl-C and SIGTERM: the first asks a command to end in order, the second ends it, whatever it waits for.
 //!
-//! A command that only looks ends on the first signal also where it waits for whoever reads its output.
+//! A command that only looks ends on the first signal also where it waits for whoever reads its output, and any command
+//! while a question stands.
 
 use std::io;
 use std::process::exit;
@@ -38,6 +39,17 @@ pub(crate) fn awaiting_reader<T>(write: impl FnOnce() -> T) -> T {
 /// The exit code of a command that has no answer.
 const NO_ANSWER: i32 = 3;
 
+/// A question stands. No service is under way then, so the first signal ends the command.
+static ASKING: AtomicBool = AtomicBool::new(false);
+
+/// Waits for the answer to a question.
+pub(crate) fn asking<T>(wait: impl FnOnce() -> T) -> T {
+    ASKING.store(true, Ordering::Relaxed);
+    let answer = wait();
+    ASKING.store(false, Ordering::Relaxed);
+    answer
+}
+
 /// The mark that the first signal sets, and what is to be told if the second ends the command.
 #[derive(Clone)]
 pub(crate) struct Interrupt {
@@ -74,6 +86,11 @@ impl Interrupt {
     #[expect(clippy::disallowed_methods, reason = "nothing ends this wait but the end of the command")]
     fn signalled(&self, signals: u32) {
         self.stop.store(true, Ordering::Relaxed);
+        if ASKING.load(Ordering::Relaxed) {
+            self.end(
+                "\nerror: interrupted: the question was not answered, and what it asks for was not done",
+            );
+        }
         if signals < 2 {
             if self.only_looks.load(Ordering::Relaxed) {
                 // Beside the handler, which the second signal needs.
@@ -82,12 +99,17 @@ impl Interrupt {
             return;
         }
         sleep(LAST_CHANCE);
+        self.end("error: interrupted twice");
+    }
+
+    /// Ends the program, and tells of a service bit that was left.
+    fn end(&self, why: &str) -> ! {
         if let Some((position, left)) = &*self.left.lock().unwrap_or_else(PoisonError::into_inner)
             && let Some(left) = left.word()
         {
             note(&service_bit_left(*position, left));
         }
-        note("error: interrupted twice");
+        note(why);
         exit(NO_ANSWER);
     }
 }

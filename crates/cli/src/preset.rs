@@ -79,6 +79,11 @@ impl fmt::Display for PresetView {
     }
 }
 
+/// What makes the old zero again.
+fn way_back(report: &PresetReport<MasterError>) -> Option<String> {
+    report.before.map(|before| format!("the way back, at the same place: `encoring preset {before}`"))
+}
+
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
     let (mut opened, target) = arguments.encoder.open_to_change()?;
@@ -195,9 +200,6 @@ impl Arguments {
 
     /// What the report comes to.
     fn text(&self, report: &PresetReport<MasterError>) -> Vec<String> {
-        let back = report
-            .before
-            .map(|before| format!("the way back, at the same place: `encoring preset {before}`"));
         let mut text = match &report.result {
             Ok(Done::Confirmed) if report.after == Some(self.value) => vec!["done".to_owned()],
             Ok(Done::Confirmed) => vec![format!(
@@ -211,18 +213,20 @@ impl Arguments {
             ],
             Err(failed) => return self.not_done(report, failed),
         };
-        text.extend(back);
+        text.extend(way_back(report));
         text
     }
 
     fn not_done(&self, report: &PresetReport<MasterError>, failed: &Failed) -> Vec<String> {
+        if failed.is_not_sent() {
+            return vec!["not done: the zero is as it was".to_owned()];
+        }
         let mut text = vec!["not repeated: a second preset adjustment could set another zero".to_owned()];
         let fate = match failed {
             Failed::TimedOut { timed_out, .. } => timed_out.fate,
             Failed::GivenUp { given_up, .. } => given_up.fate,
             // An error that came up meanwhile shows in the same bit.
-            Failed::Refused(_) => Fate::Unknown,
-            _ => Fate::NotSent,
+            _ => Fate::Unknown,
         };
         if fate == Fate::Unknown {
             let seems = match (report.before, report.after) {
@@ -236,6 +240,7 @@ impl Arguments {
             };
             text.push(seems.to_owned());
         }
+        text.extend(way_back(report).map(|way| format!("if it was done, {way}")));
         text
     }
 }

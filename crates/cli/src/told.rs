@@ -119,6 +119,16 @@ impl StatusView {
             model,
         }
     }
+
+    /// The status of a data check before which IN showed this.
+    pub(crate) fn after(before: InWord, check: Check, model: Model) -> Self {
+        let mut view = Self::of(check, model);
+        if before.error_bit() && check.is_good() && model.tells_refusals() {
+            let doubt = format!("a {model} tells which error was pending: is --model right?");
+            view.doubt.get_or_insert(doubt);
+        }
+        view
+    }
 }
 
 impl fmt::Display for StatusView {
@@ -208,8 +218,8 @@ impl FailureView {
             }
             ServiceFailure::ErrorPending { shown } => {
                 let text = vec![
-                    format!("IN shows {shown}: an error is pending, and nothing was sent"),
-                    "run `encoring check` first: it tells which error it is, and ends it if it is over; the position \
+                    format!("IN shows {shown}: an error is pending, so no preset adjustment was sent"),
+                    "`encoring check` comes first: it tells which error it is, and ends it if it is over; the position \
                      may jump"
                         .to_owned(),
                 ];

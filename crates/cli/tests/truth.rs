@@ -4,11 +4,15 @@
 //! same server, and the client looks again.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test may panic")]
 
-use std::fs;
+use std::ffi::OsStr;
+use std::fs::{self, File};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
+use std::os::unix::ffi::OsStrExt;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::thread;
+
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
 
@@ -327,6 +331,132 @@ fn every_command_tells_the_truth_in_every_condition() {
         running.into_iter().flat_map(|part| part.join().unwrap()).collect()
     });
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// What somebody at a terminal does when a question stands.
+#[derive(Clone, Copy, Debug)]
+enum Does {
+    Yes,
+    No,
+    /// Ctrl-C.
+    Interrupts,
+}
+
+/// A question: words that it holds, what IN shows while it stands, and what is done.
+type Question<'a> = (&'a [&'a str], In, Does);
+
+/// A terminal: its master, and its other side for a command.
+fn terminal() -> (File, File) {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&master).unwrap();
+    unlockpt(&master).unwrap();
+    let name = ptsname(&master, Vec::new()).unwrap();
+    let other = File::options().read(true).write(true).open(OsStr::from_bytes(name.as_bytes())).unwrap();
+    (master.into(), other)
+}
+
+/// What a command says up to its next question, or to its end.
+fn said(from: &mut impl Read) -> String {
+    let (mut text, mut byte) = (Vec::new(), [0]);
+    while !text.ends_with(b"[y/N] ") && from.read(&mut byte).unwrap() == 1 {
+        text.extend(byte);
+    }
+    String::from_utf8(text).unwrap()
+}
+
+/// Somebody at a terminal runs a command and does what `questions` say; the last value is what IN shows at the end.
+fn converses(before: Before, command: &str, questions: &[Question<'_>], code: i32, end: In) {
+    let ring = Ring::start(before);
+    let mut client = ring.client();
+    let mut shown = || match client.input() {
+        word if word >> 29 == 0 && matches!(before, Before::Moving) => In::SomePosition,
+        word => In::Is(word),
+    };
+    let model = if matches!(before, Before::MagnetAway) { "la-66" } else { "ce-65-m" };
+    let bus = format!("modbus-tcp://{}", ring.address);
+    let (mut master, other) = terminal();
+    let mut running = Command::new(PROGRAM)
+        .args(command.split(' '))
+        .args(["--bus", &bus, "--at", "0", "--model", model])
+        .stdin(other)
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut from = running.stderr.take().unwrap();
+    for (words, standing, does) in questions {
+        let question = said(&mut from);
+        for word in *words {
+            assert!(question.contains(word), "{before:?}, {command}: {word} is missing in\n{question}");
+        }
+        assert!(question.ends_with("[y/N] "), "{before:?}, {command}: no question, but\n{question}");
+        assert_eq!(shown(), *standing, "{before:?}, {command}, while this stands:\n{question}");
+        match does {
+            Does::Yes => master.write_all(b"y\n").unwrap(),
+            Does::No => master.write_all(b"n\n").unwrap(),
+            Does::Interrupts => {
+                let id = running.id().to_string();
+                assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+            }
+        }
+    }
+    let rest = said(&mut from);
+    assert!(!rest.contains("[y/N]"), "{before:?}, {command}: one question more:\n{rest}");
+    let ended = running.wait().unwrap().code();
+    assert_eq!((ended, shown()), (Some(code), end), "{before:?}, {command}\n{rest}");
+}
+
+#[test]
+fn a_question_names_what_is_done_and_nothing_is_done_while_it_stands() {
+    use Before as B;
+    use Does::{Interrupts, No, Yes};
+    use In::{Is, SomePosition};
+    let (as_before, programmed, pending) = (Is(0x1388), Is(0x1000), Is(0x2000_1388));
+    let jump: &[&str] = &["the data check", "the position may jump"];
+    let first: &[&str] = &["the data check", "the position may jump", "It comes first"];
+    let zero: &[&str] = &["the position is 5000 now and shall be 100", "The old zero cannot be read back"];
+    let values: &[&str] =
+        &["numerator 4096 -> 5000", "the data check", "the position may jump", "has another position"];
+    let check = "write numerator 5000 --check";
+    let write = "write numerator 5000 --no-backup";
+    for does in [No, Interrupts] {
+        let code = if matches!(does, No) { 1 } else { 3 };
+        converses(B::Sound, "check", &[(jump, as_before, does)], code, as_before);
+        converses(B::Sound, "preset 100", &[(zero, as_before, does)], code, as_before);
+        converses(B::Sound, write, &[(values, as_before, does)], code, as_before);
+        converses(B::NotAccepted, check, &[(jump, as_before, does)], code, as_before);
+        converses(B::ErrorPending, "preset 100", &[(first, pending, does)], code, pending);
+        let second = [(first, pending, Yes), (zero, as_before, does)];
+        converses(B::ErrorPending, "preset 100", &second, code, as_before);
+        let second = [(first, pending, Yes), (values, as_before, does)];
+        converses(B::ErrorPending, write, &second, code, as_before);
+    }
+    converses(B::Sound, "preset 100", &[(zero, as_before, Yes)], 0, Is(100));
+    converses(B::NotAccepted, check, &[(jump, as_before, Yes)], 0, programmed);
+    converses(B::NotAccepted, "write numerator 5000", &[], 0, as_before);
+    let both = [(first, pending, Yes), (zero, as_before, Yes)];
+    converses(B::ErrorPending, "preset 100", &both, 0, Is(100));
+    let both = [(first, pending, Yes), (values, as_before, Yes)];
+    converses(B::ErrorPending, write, &both, 0, programmed);
+    let rod = Is(0x2000_61A8);
+    converses(B::MagnetAway, "preset 100", &[(first, rod, Yes)], 1, rod);
+    let moving: &[&str] = &["Stop the axis: the shaft or magnet moves, by some "];
+    converses(B::Moving, "preset 100", &[(moving, SomePosition, No)], 1, SomePosition);
+}
+
+#[test]
+fn a_check_with_nothing_to_write_says_no_more_than_it_did() {
+    let ring = Ring::start(Before::NotAccepted);
+    let bus = format!("modbus-tcp://{}", ring.address);
+    let command = ["write", "numerator", "5000", "--check", "--yes"];
+    let output = Command::new(PROGRAM)
+        .args(command)
+        .args(["--bus", &bus, "--at", "0", "--model", "ce-65-m"])
+        .output()
+        .unwrap();
+    let told = String::from_utf8(output.stdout).unwrap();
+    assert!(told.contains("checked, read back; nothing had to be written"), "{told}");
+    assert_eq!(ring.client().input(), 0x1000);
 }
 
 #[test]

@@ -359,10 +359,10 @@ fn a_log_can_go_into_a_pipe_that_closes_early() {
 #[test]
 fn a_gateway_that_never_answers_ends_with_3() {
     let folder = tempfile::tempdir().unwrap();
-    // A port that was free a moment ago.
+    // Nothing listens at the near end of a connection, and nobody else can take its port.
     let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = format!("modbus-tcp://{}", listener.local_addr().unwrap());
-    drop(listener);
+    let held = TcpStream::connect(listener.local_addr().unwrap()).unwrap();
+    let address = format!("modbus-tcp://{}", held.local_addr().unwrap());
     let common = ["--bus", &address, "--at", "0", "--model", "la-66", "--for", "50ms"];
     let watch = run(folder.path(), &[&["watch"][..], &common].concat());
     assert_eq!(watch.status.code(), Some(3));

@@ -196,7 +196,7 @@ pub struct Prepared<E> {
     rows: [Option<ParameterRow>; PARAMETERS.len()],
     shown_before: Option<InWord>,
     earlier: ErrorStatus,
-    /// Something was written, so that the encoder may differ from what it was.
+    /// A value may have been written, so that the encoder may differ from what it was.
     written: bool,
     checked: bool,
     /// Why it cannot be run.
@@ -354,8 +354,10 @@ impl<E> Prepared<E> {
     fn forward<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
         for row in self.rows.iter_mut().flatten().filter(|row| row.changes()) {
             if let Some(wanted) = row.wanted {
-                self.written = true;
-                store(services, self.program.model, row, wanted)?;
+                let stored = store(services, self.program.model, row, wanted);
+                let as_before = stored.as_ref().is_err_and(Failure::is_not_sent) && row.now == row.before;
+                self.written |= !as_before;
+                stored?;
             }
         }
         self.accept(services)?;
@@ -377,8 +379,6 @@ impl<E> Prepared<E> {
 
     /// One data check. What was pending before is told by it and over, so a second one must find nothing.
     fn accept<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {
-        // An unchecked value of before may come to count.
-        self.written = true;
         let mut checked = check_once_more(services)?;
         if !checked.remains && !checked.status.is_empty() {
             self.earlier |= checked.status;
@@ -462,8 +462,8 @@ fn store<S: Services>(
             Ok(())
         }
         Err(failure) => {
-            // A refused value leaves the old one; after anything else nobody knows.
-            if !matches!(failure, Failure::Refused(_)) {
+            // A value that was refused or not sent leaves what is there; after anything else nobody knows.
+            if !matches!(failure, Failure::Refused(_)) && !failure.is_not_sent() {
                 row.now = None;
             }
             Err(failure)

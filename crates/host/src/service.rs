@@ -6,7 +6,7 @@
 use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, Parameter};
 
 use crate::request::{Reply, Request, RequestError};
-use crate::session::{GivenUp, Outcome, TimedOut};
+use crate::session::{Fate, GivenUp, Outcome, TimedOut};
 
 /// Carries services out, one at a time, with a [`crate::Session`].
 pub trait Services {
@@ -65,6 +65,19 @@ pub enum Failure<E> {
         /// Which.
         parameter: Parameter,
     },
+}
+
+impl<E> Failure<E> {
+    /// `true` if the request was never sent.
+    #[must_use]
+    pub const fn is_not_sent(&self) -> bool {
+        match self {
+            Self::Request(_) | Self::Bus(_) | Self::ErrorPending { .. } => true,
+            Self::TimedOut { timed_out: TimedOut { fate, .. }, .. }
+            | Self::GivenUp { given_up: GivenUp { fate, .. }, .. } => matches!(fate, Fate::NotSent),
+            Self::Refused(_) | Self::Unreadable { .. } => false,
+        }
+    }
 }
 
 /// A service that the encoder answered with the error bit, and what the data check said if one was run.

@@ -384,6 +384,29 @@ fn interrupted_at_every_poll_the_old_values_are_back() {
 }
 
 #[test]
+fn interrupted_before_the_first_write_nothing_is_written_and_nothing_unchecked_counts() {
+    for checked in [false, true] {
+        let mut bus = bus(&three(""));
+        let halve = encoring_host::Request::write(Model::Ce65M, Parameter::Numerator, 8_192).unwrap();
+        master(&mut bus, 2).serve(halve).unwrap();
+        let mut program = Program::new(Model::Ce65M, Some(4096));
+        program.set(Parameter::Numerator, if checked { 8_192 } else { 8_191 }).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let mut master = EncoderMaster::new(&mut bus, 2, PATIENCE, Arc::clone(&stop)).unwrap();
+        let prepared = program.prepare(&mut master);
+        assert_eq!((prepared.stopped(), prepared.changes()), (None, !checked));
+        // While the question stands.
+        stop.store(true, Ordering::Relaxed);
+        let report = if checked { prepared.run_checked(&mut master) } else { prepared.run(&mut master) };
+        assert_eq!(report.result, Err(Stopped::Service(Failure::Bus(MasterError::Interrupted))));
+        assert_eq!(report.back, Back::NothingWritten);
+        drop(master);
+        let (_, active) = truth(&bus, 2).unwrap();
+        assert_eq!(active.value(Parameter::Numerator), 4_096);
+    }
+}
+
+#[test]
 fn another_masters_service_bit_keeps_this_one_away() {
     let mut bus = bus(&three(""));
     bus.cycle(Some((1, OutWord(0x8200_0000))), 1, &mut [InWord(0)]).unwrap();

@@ -198,7 +198,7 @@ impl ProgramView {
 /// The result in a word and in a sentence.
 fn ended(report: &Report<MasterError>, model: Model) -> (&'static str, &'static str) {
     match report.back {
-        Back::NotNeeded if report.checked => ("verified", "done and verified: written, checked, read back"),
+        Back::NotNeeded if report.checked => ("verified", verified(report)),
         // A written value is in use at once [C7].
         Back::NotNeeded if model.effect() == Effect::AtOnce => {
             ("already_programmed", "already programmed, and in use")
@@ -219,6 +219,14 @@ fn ended(report: &Report<MasterError>, model: Model) -> (&'static str, &'static 
              ? is not known;\nwith which of these values the position is computed is not known. Repeat the \
              command, or write the backup back.",
         ),
+    }
+}
+
+fn verified(report: &Report<MasterError>) -> &'static str {
+    if report.rows.iter().flatten().any(ParameterRow::changes) {
+        "done and verified: written, checked, read back"
+    } else {
+        "done and verified: checked, read back; nothing had to be written"
     }
 }
 
