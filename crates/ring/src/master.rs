@@ -461,19 +461,23 @@ impl Master {
 
     /// Whether the coming slot is a data cycle of so many devices, and what comes home could be followed.
     pub(crate) fn is_sound(&self, devices: usize) -> bool {
-        self.job == Job::Data && self.devices == devices && self.receiver.is_ready()
+        // A configuration that came meanwhile may hold fewer.
+        let has_all = self.devices == devices && devices <= self.table().devices;
+        self.job == Job::Data && has_all && self.receiver.is_ready()
     }
 
-    /// The bytes that its table has for a device.
-    pub(crate) fn bytes(&self, position: usize) -> usize {
-        self.table().range(position).len()
+    /// The bytes that its table has for each device, by position.
+    pub(crate) fn lengths(&self) -> impl Iterator<Item = usize> {
+        self.table().lengths()
     }
 
-    /// The OUT bytes of a device, and the place of its IN bytes.
-    pub(crate) fn both(&mut self, position: usize) -> (&[u8], &mut [u8]) {
-        let range = self.table().range(position);
-        let (out, input) = (self.out.get(range.clone()), self.input.get_mut(range));
-        (out.unwrap_or_default(), input.unwrap_or_default())
+    /// The OUT and the IN bytes of each device, by position.
+    pub(crate) fn both(&mut self) -> impl Iterator<Item = (&mut [u8], &mut [u8])> {
+        let table = self.configuration.as_ref().unwrap_or(&self.found);
+        let (mut out, mut input) = (self.out.as_mut_slice(), self.input.as_mut_slice());
+        table
+            .lengths()
+            .map_while(move |length| out.split_off_mut(..length).zip(input.split_off_mut(..length)))
     }
 
     /// What else the bits of a sound slot would do, at once.

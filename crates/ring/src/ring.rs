@@ -17,7 +17,7 @@ use crate::ident::Ident;
 use crate::master::{ConfigurationError, Ended, Master, Slot, State};
 use crate::profile::{STATUS_BEFORE_FRAME, STATUS_BITS};
 use crate::slave::{Condition, Lamps, Slave, Taken};
-use crate::sound_slot::SoundSlot;
+use crate::sound_slot::{SoundSlot, copy};
 use crate::telegram::{Bits, statuses};
 
 /// What the segments do to the bits that pass. Segment k leads into the device at position k; the one after the last
@@ -166,10 +166,8 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         answers: &[Option<InWord>],
         lines: &mut impl Lines,
     ) -> SlotResult {
-        for (position, out) in out.iter().enumerate() {
-            for (place, byte) in self.master.out_mut(position).iter_mut().zip(out.0.to_be_bytes()) {
-                *place = byte;
-            }
+        for ((bytes, _), out) in self.master.both().zip(out) {
+            copy(&out.0.to_be_bytes(), bytes);
         }
         for (slave, answer) in self.slaves.as_mut().iter_mut().zip(answers) {
             if let Some(answer) = answer {
@@ -178,9 +176,8 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
         }
         let cycled = self.run(now, lines);
         if cycled.ended == Ended::Good {
-            for (position, (shown, answer)) in input.iter_mut().zip(answers).enumerate() {
-                let bytes = self.master.input(position).first_chunk();
-                if let (Some(_), Some(bytes)) = (answer, bytes) {
+            for ((_, bytes), (shown, answer)) in self.master.both().zip(input.iter_mut().zip(answers)) {
+                if let (Some(_), Some(bytes)) = (answer, bytes.first_chunk()) {
                     *shown = InWord(u32::from_be_bytes(*bytes));
                 }
             }
@@ -214,8 +211,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
             return None;
         }
         let mut all = 0;
-        for (position, slave) in slaves.iter().enumerate() {
-            let bytes = self.master.bytes(position);
+        for (position, (slave, bytes)) in slaves.iter().zip(self.master.lengths()).enumerate() {
             let outgoing = if position + 1 == slaves.len() { Outgoing::Off } else { Outgoing::On };
             if !slave.is_sound(bytes, outgoing) {
                 return None;
@@ -228,8 +224,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
 
     /// Takes a sound slot as a whole.
     fn take(&mut self, slot: &SoundSlot) {
-        for (position, slave) in self.slaves.as_mut().iter_mut().enumerate() {
-            let (out, input) = self.master.both(position);
+        for (slave, (out, input)) in self.slaves.as_mut().iter_mut().zip(self.master.both()) {
             slave.take(slot, out, input);
         }
         self.master.take(slot);
@@ -365,7 +360,7 @@ impl<S: AsRef<[Slave]> + AsMut<[Slave]>> BitRing<S> {
     /// What the chip at a position holds, and how often it was reset.
     #[must_use]
     pub fn taken(&self, position: usize) -> Taken {
-        self.taken_at(position, self.ended)
+        self.slaves().get(position).map(Slave::taken).unwrap_or_default()
     }
 
     /// The same at `at`, a time in the last slot. What the chip held before its last change but one is forgotten.

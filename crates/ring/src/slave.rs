@@ -13,7 +13,7 @@ use crate::profile::{
     BUS_ACTIVE_FOR, DEVICE_BYTES_MAX, DEVICE_DELAY_BITS, END_GOOD, END_LATE, END_UNTOLD, IDLE, MESSAGE_CRC,
     MESSAGE_MODULE, MESSAGE_RECONFIGURE, RESET_AFTER, TELEGRAM_BITS,
 };
-use crate::sound_slot::SoundSlot;
+use crate::sound_slot::{SoundSlot, copy};
 use crate::telegram::{Bits, CLOSING_BITS, CycleKind, Decoder, Part, Pause, Step, byte_of};
 
 mod register;
@@ -188,6 +188,19 @@ impl Slave {
     /// Some bits of the incoming line; the same number for the outgoing line, which [`Slave::clock`] would give
     /// [`DEVICE_DELAY_BITS`] later.
     pub fn regenerate(&mut self, line: Bits) -> Bits {
+        let telegram = line.bits as u16;
+        if self.condition == Condition::Running
+            && line.count == TELEGRAM_BITS as u32
+            && self.decoder.data(telegram)
+        {
+            return Bits::telegram(self.telegram(telegram, Part::Data, false));
+        }
+        self.regenerate_others(line)
+    }
+
+    /// What is not one more byte of the data. Most telegrams are, and need none of what this sets up.
+    #[inline(never)]
+    fn regenerate_others(&mut self, line: Bits) -> Bits {
         if self.condition != Condition::Running {
             self.pass_time(line.count);
             return Bits::idle(line.count);
@@ -272,7 +285,9 @@ impl Slave {
         }
     }
 
-    /// A whole sound telegram, without the delay.
+    /// A whole sound telegram, without the delay. It and what it calls are inlined, so that a byte of the data, which
+    /// most are, chooses no part of the frame.
+    #[inline(always)]
     fn telegram(&mut self, telegram: u16, part: Part, opens: bool) -> u16 {
         self.pass_time(TELEGRAM_BITS as u32);
         if opens {
@@ -314,17 +329,18 @@ impl Slave {
     }
 
     /// What the chip sends in a telegram whose first data bit is `first`.
+    #[inline(always)]
     fn sends(&self, part: Part, first: bool) -> Sending {
-        let own = self.position.map_or(END_UNTOLD, bad);
+        let own = || self.position.map_or(END_UNTOLD, bad);
         match part {
             Part::Data => self.register.oldest().map_or(Sending::Copy, Sending::Byte),
             Part::CheckHigh => Sending::Byte((self.frame.sent.word() >> 8) as u8),
             Part::CheckLow => Sending::Byte(self.frame.sent.word() as u8),
             // The predecessor's verdict stands, if it has one: its segment comes first.
-            Part::EndHigh if !first && self.is_segment_bad() => Sending::Byte((own >> 8) as u8),
+            Part::EndHigh if !first && self.is_segment_bad() => Sending::Byte((own() >> 8) as u8),
             Part::EndHigh => Sending::Copy,
             Part::EndLow => match (self.frame.sending, self.frame.end_word) {
-                (Sending::Byte(_), _) => Sending::Byte(own as u8),
+                (Sending::Byte(_), _) => Sending::Byte(own() as u8),
                 (Sending::Copy, END_GOOD) if !self.is_segment_bad() => Sending::Copy,
                 (Sending::Copy, high) if high & 0x80 != 0 => Sending::Copy,
                 // Turned bad since, or hit: a second hit behind this chip must not make it good again.
@@ -334,6 +350,7 @@ impl Slave {
     }
 
     /// The end of a telegram; the byte that was sent in it.
+    #[inline(always)]
     fn pass(&mut self, part: Part, byte: u8) -> u8 {
         let sent = match self.frame.sending {
             Sending::Copy => byte,
@@ -380,17 +397,17 @@ impl Slave {
             // A device that was reset since takes nothing before it has its place.
             CycleKind::Data if self.position.is_none() => Strobe::None,
             CycleKind::Data => {
-                self.latch(register.bytes(), self.times.now);
+                for (place, byte) in self.latched.iter_mut().zip(register.bytes()) {
+                    *place = byte;
+                }
+                self.latch(self.times.now);
                 Strobe::Latch
             }
         }
     }
 
-    /// Takes OUT data at this time.
-    fn latch(&mut self, out: impl Iterator<Item = u8>, at: u64) {
-        for (place, byte) in self.latched.iter_mut().zip(out) {
-            *place = byte;
-        }
+    /// OUT data are there since this time.
+    fn latch(&mut self, at: u64) {
         // A device with fewer bytes is no encoder.
         let word = self.latched().first_chunk().map_or(0, |bytes| u32::from_be_bytes(*bytes));
         self.holding.change(Taken { word: Some(OutWord(word)), ..self.taken() }, at);
@@ -470,12 +487,11 @@ impl Slave {
         // Of a frame that was lost before.
         self.frame = Frame::default();
         self.register = Register::EMPTY;
-        self.latch(out.iter().copied(), closed);
+        copy(out, &mut self.latched);
+        self.latch(closed);
         self.times.now = ended;
         self.times.heard = ended;
-        for (place, byte) in input.iter_mut().zip(self.input) {
-            *place = byte;
-        }
+        copy(&self.input, input);
     }
 
     /// What it shows in an ID cycle.
@@ -497,9 +513,7 @@ impl Slave {
 
     /// Gives it the IN data to be loaded at the start of the next cycle; what is missing stays.
     pub fn load(&mut self, bytes: &[u8]) {
-        for (place, byte) in self.input.iter_mut().zip(bytes) {
-            *place = *byte;
-        }
+        copy(bytes, &mut self.input);
     }
 
     /// The OUT data taken last; zeros before the first and in reset.

@@ -355,29 +355,42 @@ impl Decoder {
     /// Takes a whole data telegram, if that is what comes next and its header and stop bit are right: the same as its
     /// 13 bits through [`Decoder::clock`], in one step. Otherwise nothing happens.
     pub(crate) fn telegram(&mut self, telegram: u16) -> Option<(Part, bool)> {
+        if self.data(telegram) {
+            return Some((Part::Data, false));
+        }
+        let rest = telegram & !(0xFF << 1);
         let opens = match self.state {
             State::Framed if self.index == 0 => false,
             _ if self.is_ready() => true,
             _ => return None,
         };
-        let rest = telegram & !(0xFF << 1);
         if opens {
             if rest & !DATA_SL != DATA_TELEGRAM {
                 return None;
             }
             self.open(if rest & DATA_SL == 0 { CycleKind::Data } else { CycleKind::Id });
         } else {
-            let sl = if self.cycle == CycleKind::Id { DATA_SL } else { 0 };
-            let check = rest == DATA_TELEGRAM | sl | DATA_CR;
-            if !(check || self.check == 0 && rest == DATA_TELEGRAM | sl) {
+            if rest != header(self.cycle, Part::CheckHigh) {
                 return None;
             }
-            self.check += u8::from(check);
+            self.check += 1;
         }
         let part = self.part();
         self.bits = u16::from(byte_of(telegram));
         self.end(true);
         Some((part, opens))
+    }
+
+    /// Takes one more telegram of the data phase, if that is what comes next and its header and stop bit are right.
+    /// Otherwise nothing happens.
+    pub(crate) fn data(&mut self, telegram: u16) -> bool {
+        let is_next = self.state == State::Framed && self.index == 0 && self.check == 0;
+        let is_data = is_next && telegram & !(0xFF << 1) == header(self.cycle, Part::Data);
+        if is_data {
+            self.bits = u16::from(byte_of(telegram));
+            self.faulty = 0;
+        }
+        is_data
     }
 
     /// Takes a run of status telegrams or of silence, if that is what comes next: the same as each bit through

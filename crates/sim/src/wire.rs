@@ -4,7 +4,7 @@ use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::frame::frame_bits;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::slave::{Condition, Jumper};
-use encoring_ring::{BitRing, CycleTime, EveryBit, Ident, Slave, Sound, Taken, Verdict};
+use encoring_ring::{BitRing, CycleTime, EveryBit, Ident, Slave, Sound, Verdict};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -63,11 +63,6 @@ impl Wire {
     /// The ring itself.
     pub(crate) const fn ring(&self) -> &BitRing<Vec<Slave>> {
         &self.ring
-    }
-
-    /// What the chip at `position` held at `at`, a time of the last slot, and how often it was reset.
-    pub(crate) fn taken(&self, position: usize, at: Instant) -> Taken {
-        self.ring.taken_at(position, at)
     }
 
     /// The master opens the ring anew with ID cycles, as far as it can.
@@ -131,12 +126,17 @@ impl Wire {
         Instant(self.ring.sent().saturating_mul(self.bit.as_nanos()))
     }
 
-    /// Says whether a device works in the coming slot.
+    /// Says whether each device works in the coming slot.
+    pub(crate) fn set_conditions(&mut self, conditions: impl Iterator<Item = Condition>) {
+        for (slave, condition) in self.ring.slaves_mut().iter_mut().zip(conditions) {
+            put_in(slave, condition);
+        }
+    }
+
+    /// Says whether a device works from now on.
     pub(crate) fn set_condition(&mut self, position: usize, condition: Condition) {
-        if let Some(slave) = self.ring.slaves_mut().get_mut(position)
-            && slave.condition() != condition
-        {
-            slave.set_condition(condition);
+        if let Some(slave) = self.ring.slaves_mut().get_mut(position) {
+            put_in(slave, condition);
         }
     }
 
@@ -165,8 +165,8 @@ impl Wire {
     ) -> (Verdict, Option<FaultPlace>) {
         let bad =
             self.trouble.filter(|trouble| trouble.fault.hits_each_frame()).map(|trouble| trouble.segment);
-        let bytes = self.ring.slaves().iter().map(Slave::bytes).sum();
         for segment in bad.into_iter().chain(hit) {
+            let bytes = self.ring.slaves().iter().map(Slave::bytes).sum();
             let at = self.ring.sent() + self.chance.random_range(0..frame_bits(bytes));
             if let Some(injector) = self.segments.get_mut(segment) {
                 injector.flip(at);
@@ -179,5 +179,12 @@ impl Wire {
             Looks::Tap(tap) => ring.cycle(now, out, input, answers, &mut Tapped { segments, tap }),
         };
         (cycled.verdict, cycled.place)
+    }
+}
+
+/// A chip that is so already forgets nothing more.
+fn put_in(slave: &mut Slave, condition: Condition) {
+    if slave.condition() != condition {
+        slave.set_condition(condition);
     }
 }

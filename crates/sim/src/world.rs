@@ -4,7 +4,7 @@ use encoring_device::{OFF_BELOW_MV, Surroundings};
 use encoring_encoder::Terminals;
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::slave::{Condition, Lamps};
-use encoring_ring::{BitRing, ENCODERS_MAX, ProcessImage, Slave, TooManyEncoders, Verdict};
+use encoring_ring::{BitRing, ENCODERS_MAX, ProcessImage, Slave, Taken, TooManyEncoders, Verdict};
 use encoring_trace::{Input, Row};
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
@@ -44,9 +44,7 @@ pub struct Place {
     /// The motion before, for samples that lie before the present one began.
     earlier: Option<(Motion, Instant)>,
     around: Surroundings,
-    /// The device has not had its supply all through the present cycle.
-    interrupted: bool,
-    /// The supply failed since the last cycle, even if it is back.
+    /// The supply fails in the present cycle, or did since the last one, even if it is back.
     dipped: bool,
     chip: Chip,
 }
@@ -211,9 +209,7 @@ impl World {
     pub fn cycle(&mut self, out: &[OutWord], input: &mut [InWord]) -> Cycled {
         let ends = self.now + self.cycle_time;
         self.look_ahead(ends);
-        for (position, place) in self.places.iter().enumerate() {
-            self.wire.set_condition(position, place.condition());
-        }
+        self.wire.set_conditions(self.places.iter().map(Place::condition));
         self.wire.set_trouble(self.line);
         let hit = self.draw_hit();
         let (verdict, place) = self.wire.cycle(ends, out, input, &self.answers, hit);
@@ -323,9 +319,6 @@ impl World {
     /// troubled, however shortly.
     fn look_ahead(&mut self, ends: Instant) {
         self.line = self.line.filter(|trouble| trouble.since + trouble.lasting > self.now);
-        for place in &mut self.places {
-            place.interrupted = place.dipped || !place.is_supplied();
-        }
         let events = std::mem::take(&mut self.events);
         for event in events.iter().skip(self.next_event).take_while(|event| event.at <= ends) {
             self.happen(event, Stage::Ahead);
@@ -345,7 +338,7 @@ impl World {
             (Happening::Device { position, changes }, Stage::Ahead) => {
                 let fails = |change: &Change| matches!(change, Change::Supply(mv) if *mv < OFF_BELOW_MV);
                 if let Some(place) = self.places.get_mut(*position).filter(|_| changes.iter().any(fails)) {
-                    place.interrupted = true;
+                    place.dipped = true;
                 }
             }
             (Happening::Device { position, changes }, Stage::Due) => {
@@ -371,9 +364,9 @@ impl World {
 
     /// The exchange at the end of a cycle that reached the device, good or bad.
     fn exchange_after_cycle(&mut self, position: usize, ends: Instant) {
-        let taken = self.wire.taken(position, ends);
+        let taken = self.ring().taken(position);
         if self.places.get(position).is_some_and(|place| place.node.device().exchanges_after_cycle(taken)) {
-            self.exchange(position, ends);
+            self.exchange(position, ends, taken);
         }
     }
 
@@ -382,21 +375,14 @@ impl World {
         while let Some(at) =
             self.places.get(position).and_then(|place| place.node.device().due_without_cycles(until))
         {
-            self.exchange(position, at);
+            self.exchange(position, at, self.ring().taken_at(position, at));
         }
     }
 
-    fn exchange(&mut self, position: usize, at: Instant) {
-        let taken = self.wire.taken(position, at);
+    fn exchange(&mut self, position: usize, at: Instant, taken: Taken) {
         let Some(place) = self.places.get_mut(position) else { return };
-        let out = place.node.hears(taken);
-        place.around.terminals.raw = place.raw(place.node.device().looks_at(at));
-        let around = place.around;
-        let input = place.node.step(at, out, &around);
+        let (out, input) = place.exchange(at, taken);
         if input.is_none() {
-            // The memory's power cut took the supply with it.
-            place.around.supply_mv = 0;
-            place.node.supply(at, 0);
             self.lose(position);
         } else if let Some(answer) = self.answers.get_mut(position) {
             *answer = input;
@@ -432,15 +418,27 @@ impl Place {
             motion_since: Instant::ZERO,
             earlier: None,
             around,
-            interrupted: false,
             dipped: false,
             chip: Chip::Running,
         }
     }
 
+    /// An exchange of its encoder: the word that it hears, and its answer. `None` without supply.
+    fn exchange(&mut self, at: Instant, taken: Taken) -> (OutWord, Option<InWord>) {
+        let out = self.node.hears(taken);
+        self.around.terminals.raw = self.raw(self.node.device().looks_at(at));
+        let input = self.node.step(at, out, &self.around);
+        if input.is_none() {
+            // The memory's power cut took the supply with it.
+            self.around.supply_mv = 0;
+            self.node.supply(at, 0);
+        }
+        (out, input)
+    }
+
     /// Whether its chip works in the present cycle.
     const fn condition(&self) -> Condition {
-        match (self.interrupted, self.chip) {
+        match (self.dipped || !self.is_supplied(), self.chip) {
             (true, _) => Condition::Off,
             (false, Chip::Held) => Condition::Held,
             (false, Chip::Running) => Condition::Running,

@@ -78,6 +78,12 @@ impl Table {
         self.offsets.get(devices).copied().map_or(0, usize::from)
     }
 
+    /// The bytes of each device, by position.
+    pub(super) fn lengths(&self) -> impl Iterator<Item = usize> {
+        let ends = self.offsets.get(1..=self.devices).unwrap_or_default();
+        self.offsets.iter().zip(ends).map(|(begins, ends)| usize::from(ends.saturating_sub(*begins)))
+    }
+
     pub(super) fn range(&self, position: usize) -> Range<usize> {
         self.bytes(position)..self.bytes(position + 1)
     }
