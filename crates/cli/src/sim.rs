@@ -62,8 +62,9 @@ Examples:
 /// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
 /// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
 ///
-/// Ends on Ctrl-C, on SIGTERM, after --for and when nobody reads its output any more, with the memories saved. Exit
-/// codes: 0; 2 refused before the start; 3 output, recording or memories could not be written.
+/// Ends on Ctrl-C, on SIGTERM, after --for and when nobody reads its output any more, with the memories saved. That a
+/// reader has left is noticed with the next line; without --counters there may be none for long. Exit codes: 0; 2 refused
+/// before the start; 3 output, recording or memories could not be written.
 #[derive(Args)]
 #[command(after_help = format!("{EXAMPLES}{}", fault::help() + &fault::gateway_help()))]
 pub(crate) struct Arguments {

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::unit::NoStaleService;
 use encoring_encoder::{StaleService, Unit};
+use encoring_files::toml_text::{self, Misfit};
 use encoring_files::{Lock, Replacement, TextError, read_text};
 use encoring_words::model::Sensor;
 use serde::{Deserialize, Serialize};
@@ -214,8 +215,10 @@ pub fn read(folder: &Path, position: usize, unit: &Unit) -> Result<Option<Kept>,
 /// # Errors
 /// What is wrong: the text is cut off, of another version or of another encoder.
 pub fn parse(text: &str, position: usize, unit: &Unit) -> Result<Kept, String> {
-    let table: StateTable = toml::from_str(text)
-        .map_err(|cause| format!("no whole state file: {}", cause.message().replace('\n', "; ")))?;
+    let table: StateTable = toml_text::parse(text).map_err(|Misfit { line, problem }| {
+        let line = line.map_or_else(String::new, |line| format!("line {line}: "));
+        format!("no whole state file: {line}{problem}")
+    })?;
     if table.version != 1 {
         return Err(format!("version {}; this program reads version 1", table.version));
     }
@@ -347,7 +350,7 @@ mod tests {
         assert!(message.ends_with("new: another simulation uses this folder"), "{message}");
         drop(used);
         let message = StateFolder::open(&path, &mut world()).unwrap_err().to_string();
-        assert!(message.contains("encoder-0.toml: no whole state file"), "{message}");
+        assert!(message.contains("encoder-0.toml: no whole state file: line 1: "), "{message}");
     }
 
     #[test]
