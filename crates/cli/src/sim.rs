@@ -237,15 +237,15 @@ async fn simulate(
         .and_then(|()| served.map_or(Ok(()), |counters| report.served(counters.snapshot())))
         .and_then(|()| report.stopped(&outcome.view));
     let printed = printed(report.close(), patience, &signalled).await;
-    let troubles: Vec<String> = [saved.map_err(|error| format!("--state {error}")), recorded]
-        .into_iter()
-        .filter_map(Result::err)
-        .collect();
-    if !troubles.is_empty() {
-        return Err(Failure::NoAnswer(troubles.join("; ")));
-    }
+    all_kept([saved.map_err(|error| format!("--state {error}")), recorded])?;
     told.and(printed)?;
     Ok(Answer::Yes)
+}
+
+/// Whether everything that was to be kept is; otherwise all that is not.
+fn all_kept(results: [Result<(), String>; 2]) -> Result<(), Failure> {
+    let troubles: Vec<String> = results.into_iter().filter_map(Result::err).collect();
+    if troubles.is_empty() { Ok(()) } else { Err(Failure::NoAnswer(troubles.join("; "))) }
 }
 
 /// Lets others at the ring until what this gives is dropped.

@@ -156,12 +156,8 @@ async fn converse(
         if misdeeds.has(GatewayMisdeed::Silent) {
             continue;
         }
-        let Options { layout, word_order, .. } = options;
         let asked = misdeeds.through(pdu.as_bytes());
-        let pdu = match misdeeds.exception(&asked) {
-            Some(code) => Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]),
-            None => image.with(|image| respond(&asked, image, layout, word_order)),
-        };
+        let pdu = answered(&asked, misdeeds.exception(&asked), image, options);
         counters.requests.add_one();
         if pdu.is_exception() {
             counters.exceptions.add_one();
@@ -191,6 +187,15 @@ async fn converse(
             Ok(Err(_)) => return,
             Err(_) => return counters.closed_idle.add_one(),
         }
+    }
+}
+
+/// The answer to a request; `exception` is one that the gateway gives in place of it.
+fn answered(asked: &[u8], exception: Option<u8>, image: &SharedImage, options: Options) -> Pdu {
+    let Options { layout, word_order, .. } = options;
+    match exception {
+        Some(code) => Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]),
+        None => image.with(|image| respond(asked, image, layout, word_order)),
     }
 }
 
