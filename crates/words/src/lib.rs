@@ -9,6 +9,7 @@ mod data;
 pub mod explain;
 pub mod gray;
 pub mod model;
+pub mod number;
 pub mod parameter;
 pub mod service;
 pub mod sheet;
