@@ -21,7 +21,8 @@ use crate::output::{self, Answer, Failure, Format, bad_input};
 #[command(after_help = "\
 The first ten differences are shown; the last line is always like
 `4000 rows, 0 differences`. Exit code 0: no difference; 1: a difference; 2: the
-trace or the options are wrong. With --print standard output holds the trace and
+trace or the options are wrong; 3: nothing compared, since no row has an IN word.
+With --print standard output holds the trace and
 nothing else; differences and the last line then go to standard error.
 
 A trace starts from a new encoder with factory values, and 4096 steps per turn
@@ -217,6 +218,8 @@ struct Player<'a> {
     progress: &'a ProgressBar,
     lines: io::Stdout,
     printed: Option<Writer<BufWriter<io::StdoutLock<'static>>>>,
+    /// The OUT word of the row before.
+    out: u32,
     rows: u64,
     /// Rows that say what the encoder should answer.
     judged: u64,
@@ -261,6 +264,7 @@ impl<'a> Player<'a> {
             progress,
             lines: io::stdout(),
             printed,
+            out: 0,
             rows: 0,
             judged: 0,
             differences: 0,
@@ -272,6 +276,9 @@ impl<'a> Player<'a> {
         if !self.takes(&row)? {
             return Ok(());
         }
+        // What a row does not say stands as it did before.
+        self.out = row.out.unwrap_or(self.out);
+        row.out = Some(self.out);
         let got = play(&mut self.node, &row);
         self.rows += 1;
         self.judged += u64::from(row.input.is_some());
@@ -326,18 +333,27 @@ impl<'a> Player<'a> {
     }
 
     fn finish(&self) -> Result<Answer, Failure> {
-        if self.judged == 0 && self.printed.is_none() {
-            output::note(&format!("note: no row of {} has an IN word, so nothing was compared", self.file));
-        }
-        let Self { rows, differences, .. } = *self;
+        let Self { rows, judged: compared, differences, .. } = *self;
         match self.format {
             Format::Text => self.say(&format!("{rows} rows, {differences} differences"))?,
             Format::Json => {
                 let first = self.first.iter().map(DifferenceView::new).collect();
-                self.say(&serde_json::to_string(&Summary { rows, differences, first })?)?;
+                self.say(&serde_json::to_string(&Summary { rows, compared, differences, first })?)?;
             }
         }
-        Ok(if differences == 0 { Answer::Yes } else { Answer::No })
+        Ok(match self.judged {
+            // What was printed was all that there was to do.
+            0 if self.printed.is_some() => Answer::Yes,
+            0 => {
+                output::note(&format!(
+                    "note: nothing compared: no row of {} that was played has an IN word",
+                    self.file
+                ));
+                Answer::Unknown
+            }
+            _ if differences == 0 => Answer::Yes,
+            _ => Answer::No,
+        })
     }
 }
 
@@ -358,6 +374,7 @@ fn device_at<'a>(at: Option<u8>, devices: &'a [DeviceLine], file: &str) -> Resul
 #[derive(Serialize)]
 struct Summary {
     rows: u64,
+    compared: u64,
     differences: u64,
     first: Vec<DifferenceView>,
 }

@@ -252,7 +252,7 @@ fn a_log_has_a_row_for_each_encoder_and_poll() {
     assert_eq!(text(&output.stdout), "300 rows of 100 polls in 9.999 s, 1 file: valid 300\n");
     let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
     let head: Vec<_> = file.lines().take(8).collect();
-    assert!(head[0].starts_with("# encoring-log 1 started 2"), "{}", head[0]);
+    assert!(head[0].starts_with("# encoring-log 2 started 2"), "{}", head[0]);
     insta::assert_snapshot!("log", head[1..].join("\n"));
     assert_eq!(rows(&folder.path().join("a.csv")).len(), 300);
     // A second log keeps the first.
@@ -274,7 +274,7 @@ fn with_changes_only_what_differs_is_logged() {
         summary.starts_with("1 rows of 600 polls in ") && summary.ends_with(": valid 600\n"),
         "{summary}"
     );
-    assert_eq!(rows(&folder.path().join("a.csv")), ["0,00000000,000030D4,valid,12500"]);
+    assert_eq!(rows(&folder.path().join("a.csv")), ["0,0x00000000,0x000030D4,valid,12500"]);
 }
 
 #[test]
@@ -293,7 +293,7 @@ fn full_files_take_turns_and_the_oldest_goes() {
         let length = fs::metadata(folder.path().join(name)).unwrap().len();
         assert!((999_900..=1_000_000).contains(&length), "{name} has {length}");
         assert!(
-            fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 1 started ")
+            fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 2 started ")
         );
     }
     let last = text(&output.stdout);

@@ -397,12 +397,13 @@ impl World {
             line: 0,
             position: Some(position as u8),
             time_ns: at.as_nanos(),
-            out: out.0,
+            out: Some(out.0),
             raw,
             preset_mv,
             supply_mv: place.around.supply_mv,
             magnet: magnet == encoring_encoder::Magnet::Present,
             input: Some(input.map_or(Input::Off, |input| Input::Word(input.0))),
+            ..Row::default()
         });
     }
 }

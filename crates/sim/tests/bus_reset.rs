@@ -128,8 +128,11 @@ fn while_a_service_bit_is_held_back_bits_30_to_0_pass_and_the_recording_holds_th
     for position in 1..3 {
         let rows = ring.rows_of(position);
         let outs = |from: u64, to: u64| -> Vec<u32> {
-            let mut outs: Vec<u32> =
-                rows.iter().filter(|row| (from..to).contains(&row.time_ns)).map(|row| row.out).collect();
+            let mut outs: Vec<u32> = rows
+                .iter()
+                .filter(|row| (from..to).contains(&row.time_ns))
+                .map(|row| row.out.unwrap())
+                .collect();
             outs.dedup();
             outs
         };

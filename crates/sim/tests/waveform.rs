@@ -140,7 +140,7 @@ fn the_words_of_every_exchange_stand_on_the_segments() {
         let (rows, found) = bench.end();
         let on = |segment: usize| frames(&found[&format!("line.segment_{segment}")], bit);
         let [out, first, second, home] = [0, 1, 2, 3].map(on);
-        let out_of = |cycle: usize, position: usize| rows[3 * cycle + position].out;
+        let out_of = |cycle: usize, position: usize| rows[3 * cycle + position].out.unwrap();
         let in_of = |cycle: usize, position: usize| match rows[3 * cycle + position].input {
             Some(Input::Word(word)) => word,
             _ => panic!("an encoder is off"),

@@ -14,8 +14,8 @@ pub struct Row {
     pub position: Option<u8>,
     /// Nanoseconds since the start.
     pub time_ns: u64,
-    /// The OUT word.
-    pub out: u32,
+    /// The OUT word; none if the row does not say: it stands as it did before.
+    pub out: Option<u32>,
     /// The shaft in sensor steps, or the magnet in micrometres.
     pub raw: i64,
     /// Both preset inputs in millivolts.
@@ -26,6 +26,14 @@ pub struct Row {
     pub magnet: bool,
     /// The IN word; none if the row does not say.
     pub input: Option<Input>,
+    /// A position as a number, which is no word.
+    pub value: Option<i64>,
+    /// What was seen of the line in this cycle.
+    pub cycle: Option<CycleSeen>,
+    /// The master's diagnostic status register.
+    pub status: Option<u16>,
+    /// The master's diagnostic parameter register.
+    pub parameter: Option<u16>,
 }
 
 impl Default for Row {
@@ -34,12 +42,16 @@ impl Default for Row {
             line: 0,
             position: None,
             time_ns: 0,
-            out: 0,
+            out: None,
             raw: 0,
             preset_mv: [0, 0],
             supply_mv: 24_000,
             magnet: true,
             input: None,
+            value: None,
+            cycle: None,
+            status: None,
+            parameter: None,
         }
     }
 }
@@ -62,6 +74,25 @@ impl fmt::Display for Input {
     }
 }
 
+/// What was seen of the line in a cycle, as the column `line` says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CycleSeen {
+    /// The data came whole.
+    Good,
+    /// Data came and was wrong.
+    Bad,
+    /// Nothing came.
+    Silent,
+}
+
+impl CycleSeen {
+    fn named(cell: &[u8]) -> Option<Self> {
+        let names: [(&[u8], Self); 3] =
+            [(b"good", Self::Good), (b"bad", Self::Bad), (b"silent", Self::Silent)];
+        names.into_iter().find(|(name, _)| cell.eq_ignore_ascii_case(name)).map(|(_, cycle)| cycle)
+    }
+}
+
 const MOST_RAW: i64 = 1 << 62;
 const MOST_MILLIVOLTS: u32 = 1_000_000;
 const MOST_POSITION: u8 = 127;
@@ -77,18 +108,31 @@ pub(crate) enum Column {
     Supply,
     Magnet,
     In,
+    Verdict,
+    Value,
+    Line,
+    Status,
+    Parameter,
 }
 
-use Column::{In, Magnet, Out, Position, Preset1, Preset2, Raw, Supply, Time};
+use Column::{
+    In, Line, Magnet, Out, Parameter, Position, Preset1, Preset2, Raw, Status, Supply, Time, Value, Verdict,
+};
 
 impl Column {
-    /// Every column, in the order in which a recording is written.
+    /// The order in which a recording is written.
     pub(crate) const RECORDING: [Self; 9] = [Time, Position, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
     /// The order in which a trace of one encoder is written.
     pub(crate) const TRACE: [Self; 8] = [Time, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
 
+    /// Every column that is read, first those of a recording.
+    pub(crate) const ALL: [Self; 14] = [
+        Time, Position, Out, Raw, Preset1, Preset2, Supply, Magnet, In, Verdict, Value, Line, Status,
+        Parameter,
+    ];
+
     pub(crate) fn named(name: &[u8]) -> Option<Self> {
-        Self::RECORDING.into_iter().find(|column| column.name().as_bytes() == name)
+        Self::ALL.into_iter().find(|column| column.name().as_bytes() == name)
     }
 
     pub(crate) fn name(self) -> &'static str {
@@ -102,6 +146,11 @@ impl Column {
             Supply => "supply_v",
             Magnet => "magnet",
             In => "in",
+            Verdict => "verdict",
+            Value => "value",
+            Line => "line",
+            Status => "status",
+            Parameter => "parameter",
         }
     }
 
@@ -110,11 +159,15 @@ impl Column {
         match self {
             Time => "a time from 0 to 18446744073709551.615 with at most three decimals",
             Position => "a whole number from 0 to 127",
-            Out => "8 hex digits",
+            Out => "a word, such as C200270F, or empty",
             Raw => "a whole number from -4611686018427387904 to 4611686018427387904",
             Preset1 | Preset2 | Supply => "a voltage from 0 to 1000 with at most three decimals",
             Magnet => "0 or 1",
-            In => "8 hex digits, off or empty",
+            In => "a word, such as C200270F, off or empty",
+            Verdict => "text",
+            Value => "a whole number or empty",
+            Line => "good, bad, silent or empty",
+            Status | Parameter => "a number from 0 to 65535 or FFFFh, or empty",
         }
     }
 
@@ -123,7 +176,8 @@ impl Column {
         match self {
             Time => row.time_ns = thousandths(cell)?,
             Position => row.position = Some(position(cell)?),
-            Out => row.out = word(cell)?,
+            Out if cell.is_empty() => row.out = None,
+            Out => row.out = Some(word(cell)?),
             Raw => row.raw = whole(cell)?,
             Preset1 => row.preset_mv = [millivolts(cell)?, row.preset_mv[1]],
             Preset2 => row.preset_mv = [row.preset_mv[0], millivolts(cell)?],
@@ -142,6 +196,12 @@ impl Column {
                     _ => Some(Input::Word(word(cell)?)),
                 }
             }
+            Verdict => {}
+            Value | Line | Status | Parameter if cell.is_empty() => {}
+            Value => row.value = Some(whole(cell)?),
+            Line => row.cycle = Some(CycleSeen::named(cell)?),
+            Status => row.status = Some(register(cell)?),
+            Parameter => row.parameter = Some(register(cell)?),
         }
         Some(())
     }
@@ -155,7 +215,7 @@ impl Column {
                 Some(position) => Err(self.refusal(position)),
                 None => Err(self.refusal("nothing")),
             },
-            Out => write!(line, "{:08X}", row.out),
+            Out => row.out.map_or(Ok(()), |out| write!(line, "{out:08X}")),
             Raw if !(-MOST_RAW..=MOST_RAW).contains(&row.raw) => Err(self.refusal(row.raw)),
             Raw => write!(line, "{}", row.raw),
             Preset1 => self.write_volts(row.preset_mv[0], line),
@@ -163,6 +223,7 @@ impl Column {
             Supply => self.write_volts(row.supply_mv, line),
             Magnet => write!(line, "{}", u8::from(row.magnet)),
             In => row.input.map_or(Ok(()), |input| write!(line, "{input}")),
+            Verdict | Value | Line | Status | Parameter => Ok(()),
         }
     }
 
@@ -211,8 +272,17 @@ fn millivolts(cell: &[u8]) -> Option<u32> {
 }
 
 fn word(cell: &[u8]) -> Option<u32> {
-    let digits: &[u8; 8] = cell.try_into().ok()?;
+    let digits = cell.strip_prefix(b"0x").unwrap_or(cell);
+    let digits: &[u8; 8] = digits.try_into().ok()?;
     digits.iter().try_fold(0, |word, &digit| Some(word << 4 | char::from(digit).to_digit(16)?))
+}
+
+fn register(cell: &[u8]) -> Option<u16> {
+    let Some(digits) = cell.strip_prefix(b"0x") else { return u16::try_from(natural(cell)?).ok() };
+    let digits: &[u8; 4] = digits.try_into().ok()?;
+    digits
+        .iter()
+        .try_fold(0, |word, &digit| Some(word << 4 | u16::try_from(char::from(digit).to_digit(16)?).ok()?))
 }
 
 fn whole(cell: &[u8]) -> Option<i64> {

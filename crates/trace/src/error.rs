@@ -101,5 +101,5 @@ pub(crate) fn excerpt(value: &[u8]) -> String {
 }
 
 fn names() -> String {
-    Column::RECORDING.map(Column::name).join(", ")
+    Column::ALL.map(Column::name).join(", ")
 }

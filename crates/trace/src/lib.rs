@@ -9,12 +9,16 @@
 //! |---|---|---|---|
 //! | `time_us` | [`Row::time_ns`] | microseconds, three decimals, never backwards | rows 1 ms apart from 0 |
 //! | `position` | [`Row::position`] | 0 to 127 | none |
-//! | `out` | [`Row::out`] | 8 hex digits | 0 |
+//! | `out` | [`Row::out`] | 8 hex digits or empty | none: as before, at first 0 |
 //! | `raw` | [`Row::raw`] | -2^62 to 2^62 | 0 |
 //! | `preset1_v`, `preset2_v` | [`Row::preset_mv`] | 0 to 1000 V, three decimals | 0 V |
 //! | `supply_v` | [`Row::supply_mv`] | 0 to 1000 V, three decimals | 24 V |
 //! | `magnet` | [`Row::magnet`] | 0 or 1 | 1 |
 //! | `in` | [`Row::input`] | 8 hex digits, `off` or empty | none |
+//! | `value` | [`Row::value`] | a whole number or empty | none |
+//! | `line` | [`Row::cycle`] | `good`, `bad`, `silent` or empty | none |
+//! | `status`, `parameter` | the registers of the same names | 0 to 65535, `0xFFFF`, or empty | none |
+//! | `verdict` | nothing that is kept | anything | none |
 //!
 //! Decimals after the third must be zero. Blank lines and lines that begin with `#` are skipped but
 //! counted: every line number is that of the file. A cell may stand in double quotes. A line has at most
@@ -24,12 +28,12 @@
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
 //! the column `position`.
 //!
-//! A [`log`] is what was seen on a bus, for days. A [`wave`] is signals over time, for waveform viewers.
+//! A [`log`] is what was seen on a bus, for days; it is read as a trace is, with words as `0xC200270F`. A [`wave`] is signals over time, for waveform viewers.
 //!
 //! ```
 //! use encoring_trace::{Input, Reader, Writer};
 //!
-//! let file = "raw,in\n0,\n4096,00001000\n";
+//! let file = "raw,out,in\n0,00000000,\n4096,00000000,00001000\n";
 //! let mut writer = Writer::new(Vec::new())?;
 //! for row in Reader::new("turn.csv", file.as_bytes())? {
 //!     writer.write(&row?)?;
@@ -53,7 +57,7 @@ pub mod log;
 mod tests;
 pub mod wave;
 
-pub use self::columns::{Input, Row};
+pub use self::columns::{CycleSeen, Input, Row};
 pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
 pub use self::header::{DeviceLine, Recording};

@@ -9,7 +9,7 @@
 //! |---|---|
 //! | `time_us` | microseconds on the bus's own clock, with up to three decimals |
 //! | `position` | the ring position |
-//! | `out`, `in` | the words, 8 hex digits; empty if they were not seen |
+//! | `out`, `in` | the words as `0xC200270F`, which no spreadsheet takes for a number; empty if they were not seen |
 //! | `verdict` | one word on what the IN word is worth |
 //! | `value` | the position in steps, if there is one |
 
@@ -22,8 +22,10 @@ use encoring_files::{LineFile, Lock, Replacement, sync_folder};
 
 use crate::columns::Decimal;
 
-/// How the first line of every log begins.
+/// How the first line of every log begins, whatever its version.
 const MARK: &[u8] = b"# encoring-log ";
+/// Version 1 had words without `0x`.
+const VERSION: u8 = b'2';
 const HEADER: &[u8] = b"time_us,position,out,in,verdict,value\n";
 /// Rows without a word wait for the first one until there are so many bytes of them.
 const AHEAD_BYTES: usize = 64 * 1024;
@@ -287,7 +289,7 @@ impl Drop for Log {
 
 fn head(remarks: &[String]) -> Vec<u8> {
     let mut head = MARK.to_vec();
-    head.push(b'1');
+    head.push(VERSION);
     for (k, remark) in remarks.iter().enumerate() {
         head.extend_from_slice(if k == 0 { b" " } else { b"\n# " });
         // A line break in a remark would begin something else.
@@ -304,7 +306,7 @@ fn print(row: &LogRow, line: &mut [u8]) -> io::Result<usize> {
     write!(rest, "{},{},", Decimal::microseconds(row.time_ns), row.position)?;
     for word in [row.out, row.input] {
         if let Some(word) = word {
-            write!(rest, "{word:08X}")?;
+            write!(rest, "{word:#010X}")?;
         }
         write!(rest, ",")?;
     }

@@ -2,7 +2,7 @@ use std::io::{self, Read};
 
 use proptest::prelude::*;
 
-use crate::{DeviceLine, Error, Input, Reader, Recording, Row, Writer};
+use crate::{CycleSeen, DeviceLine, Error, Input, Reader, Recording, Row, Writer};
 
 const HEADER: &str = "time_us,out,raw,preset1_v,preset2_v,supply_v,magnet,in\n";
 const RECORDING: &str = "# encoring-trace 1\n\
@@ -59,7 +59,7 @@ fn a_missing_column_has_its_default() {
     let changed = [
         ("time_us\n2.5", Row { time_ns: 2500, ..default }),
         ("position\n127", Row { position: Some(127), ..default }),
-        ("out\nc200270F", Row { out: 0xC200_270F, ..default }),
+        ("out\nc200270F", Row { out: Some(0xC200_270F), ..default }),
         ("raw\n-4611686018427387904", Row { raw: -1 << 62, ..default }),
         ("preset1_v\n10.45", Row { preset_mv: [10_450, 0], ..default }),
         ("preset2_v\n1000", Row { preset_mv: [0, 1_000_000], ..default }),
@@ -72,6 +72,29 @@ fn a_missing_column_has_its_default() {
     for (file, row) in changed {
         assert_eq!(rows(file).unwrap(), [row], "{file}");
     }
+}
+
+#[test]
+fn a_log_of_both_versions_reads_as_a_trace() {
+    let row = Row {
+        line: 3,
+        position: Some(2),
+        time_ns: 1500,
+        out: Some(0xC200_270F),
+        input: Some(Input::Word(0x0000_270F)),
+        value: Some(9999),
+        ..Row::default()
+    };
+    let unseen = Row { line: 4, time_ns: 2000, out: None, input: None, value: None, ..row };
+    let one = "# encoring-log 1 started today\ntime_us,position,out,in,verdict,value\n\
+               1.5,2,C200270F,0000270F,valid,9999\n2,2,,,no_answer,\n";
+    assert_eq!(rows(one).unwrap(), [row, unseen]);
+    let two = "# encoring-log 2 started today\ntime_us,position,out,in,verdict,value,status,parameter\n\
+               1.5,2,0xC200270F,0x0000270F,valid,9999,0x0040,7\n2,2,,,no_answer,,,\n";
+    assert_eq!(rows(two).unwrap(), [Row { status: Some(0x40), parameter: Some(7), ..row }, unseen]);
+    let seen = rows("in,line\n00000000,good\n00000000,BAD\n,silent\n,\n").unwrap();
+    let seen: Vec<_> = seen.iter().map(|row| row.cycle).collect();
+    assert_eq!(seen, [Some(CycleSeen::Good), Some(CycleSeen::Bad), Some(CycleSeen::Silent), None]);
 }
 
 #[test]
@@ -89,7 +112,8 @@ fn columns_come_in_any_order_and_lines_end_in_any_way() {
 
 #[test]
 fn a_refused_file_says_where_and_why() {
-    let columns = "time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in";
+    let columns = "time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in, verdict, value, \
+                   line, status, parameter";
     let raw = "is not a whole number from -4611686018427387904 to 4611686018427387904";
     let volts = "is not a voltage from 0 to 1000 with at most three decimals";
     let time = "is not a time from 0 to 18446744073709551.615 with at most three decimals";
@@ -108,9 +132,9 @@ fn a_refused_file_says_where_and_why() {
         (b"raw\n+1\n", format!("2, column raw: \"+1\" {raw}")),
         (b"raw\n4611686018427387905\n", format!("2, column raw: \"4611686018427387905\" {raw}")),
         (b"raw\n99999999999999999999\n", format!("2, column raw: \"99999999999999999999\" {raw}")),
-        (b"out\nC20027\n", "2, column out: \"C20027\" is not 8 hex digits".into()),
-        (b"out\n+C200270\n", "2, column out: \"+C200270\" is not 8 hex digits".into()),
-        (b"in\nOFF\n", "2, column in: \"OFF\" is not 8 hex digits, off or empty".into()),
+        (b"out\nC20027\n", "2, column out: \"C20027\" is not a word, such as C200270F, or empty".into()),
+        (b"out\n+C200270\n", "2, column out: \"+C200270\" is not a word, such as C200270F, or empty".into()),
+        (b"in\nOFF\n", "2, column in: \"OFF\" is not a word, such as C200270F, off or empty".into()),
         (b"magnet\n2\n", "2, column magnet: \"2\" is not 0 or 1".into()),
         (b"magnet\n\"\n", "2, column magnet: \"\\\"\" is not 0 or 1".into()),
         (b"position\n128\n", format!("2, column position: \"128\" {position}")),
@@ -239,7 +263,7 @@ fn a_failing_source_is_named_and_ends_the_rows() {
 #[test]
 fn what_would_not_read_back_is_not_written() {
     let row = Row::default();
-    assert_eq!(written(&[row]).unwrap(), format!("{HEADER}0,00000000,0,0.0,0.0,24.0,1,\n"));
+    assert_eq!(written(&[row]).unwrap(), format!("{HEADER}0,,0,0.0,0.0,24.0,1,\n"));
     let refused = [
         (Row { raw: i64::MIN, ..row }, "column raw: -9223372036854775808 is not a whole number from"),
         (
@@ -320,7 +344,7 @@ prop_compose! {
             any::<u32>().prop_map(|word| Some(Input::Word(word))),
         ],
     ) -> Row {
-        Row { time_ns, out, raw, preset_mv, supply_mv, magnet, input, ..Row::default() }
+        Row { time_ns, out: Some(out), raw, preset_mv, supply_mv, magnet, input, ..Row::default() }
     }
 }
 

@@ -135,11 +135,25 @@ fn a_service_bit_that_stands_at_power_up_counts_only_for_a_unit_that_executes_it
 }
 
 #[test]
-fn a_trace_without_answers_is_no_difference_but_says_so() {
+fn a_trace_without_answers_compares_nothing_and_says_so() {
     let (_directory, path) = file("bare.csv", "out\n00000000\n");
     let Run { code, out, err } = replay("--model la-66", &path);
-    assert_eq!((code, out.as_str()), (Some(0), "1 rows, 0 differences\n"));
-    assert_eq!(err, format!("note: no row of {path} has an IN word, so nothing was compared\n"));
+    assert_eq!((code, out.as_str()), (Some(3), "1 rows, 0 differences\n"));
+    assert_eq!(err, format!("note: nothing compared: no row of {path} that was played has an IN word\n"));
+}
+
+#[test]
+fn a_log_is_compared_and_keeps_the_word_that_it_did_not_see() {
+    let log = "# encoring-log 2 started today\n# bus sim\ntime_us,position,out,in,verdict,value\n\
+               0,0,0x00000000,0x00000000,valid,0\n0,1,0x00000000,0x00000000,valid,0\n\
+               1000,1,0x82000000,0x82FFFFFF,reply,\n2000,1,,,no_answer,\n3000,1,0x82000000,0x82FFFFFF,reply,\n";
+    let (_directory, path) = file("log.csv", log);
+    let Run { code, out, err } = replay("--model ce-65-m --at 1", &path);
+    assert_eq!((code, out.as_str(), err.as_str()), (Some(0), "4 rows, 0 differences\n", ""));
+    let Run { out, .. } = replay("--model ce-65-m --at 1 --print", &path);
+    assert_eq!(out.lines().nth(3), Some("2000,82000000,0,0.0,0.0,24.0,1,82FFFFFF"));
+    let Run { code, out, .. } = replay("--model ce-65-m --at 2", &path);
+    assert_eq!((code, out.as_str()), (Some(3), "0 rows, 0 differences\n"));
 }
 
 #[test]
@@ -186,9 +200,12 @@ fn bad_traces_are_refused_with_file_line_and_column() {
     };
     refuses(
         b"",
-        "error: standard input line 1: no header, the columns are time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in",
+        "error: standard input line 1: no header, the columns are time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in, verdict, value, line, status, parameter",
     );
-    refuses(b"out\nC2\n", "error: standard input line 2, column out: \"C2\" is not 8 hex digits");
+    refuses(
+        b"out\nC2\n",
+        "error: standard input line 2, column out: \"C2\" is not a word, such as C200270F, or empty",
+    );
     refuses(b"out,magnet\n00000000,2\n", "error: standard input line 2, column magnet: \"2\" is not 0 or 1");
     refuses(b"out,raw\n00000000\n", "error: standard input line 2: 1 cells, the header has 2");
     refuses(
@@ -240,7 +257,7 @@ fn recording() -> Vec<u8> {
             let mut row = Row {
                 position: Some(*position),
                 time_ns: u64::from(cycle) * 500_000,
-                out,
+                out: Some(out),
                 raw: i64::from(cycle) * 1000,
                 ..Row::default()
             };

@@ -53,10 +53,10 @@ fn a_row_has_what_was_seen_and_nothing_else() {
     log.flush().unwrap();
     assert_eq!(
         files(folder.path())["axis.csv"],
-        "# encoring-log 1 started today\n\
+        "# encoring-log 2 started today\n\
          # bus a b\n\
          time_us,position,out,in,verdict,value\n\
-         1.5,2,C200270F,0000270F,valid,9999\n\
+         1.5,2,0xC200270F,0x0000270F,valid,9999\n\
          2,2,,,no_answer,\n"
     );
     assert_eq!((log.rows(), log.files()), (2, 1));
@@ -78,7 +78,7 @@ fn the_longest_row_fits() {
 #[test]
 fn full_files_take_turns_and_only_so_many_are_kept() {
     let (folder, path) = folder();
-    // Each row has 23 to 26 bytes behind a head of 55.
+    // Each row has 27 to 30 bytes behind a head of 55.
     let log = filled(&path, Rotation { bytes: 140, ..ROTATION }, 0..20);
     assert_eq!((log.rows(), log.files()), (20, 10));
     let files = files(folder.path());
@@ -92,7 +92,7 @@ fn full_files_take_turns_and_only_so_many_are_kept() {
             ("axis.csv", vec![18, 19]),
         ]
     );
-    assert!(files.values().all(|file| file.starts_with("# encoring-log 1\n") && file.len() <= 140));
+    assert!(files.values().all(|file| file.starts_with("# encoring-log 2\n") && file.len() <= 140));
 }
 
 #[test]
