@@ -5,12 +5,12 @@ use arbitrary::Arbitrary;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use encoring_encoder::handshake::{Ending, Handshake};
 use encoring_encoder::records::EEPROM_BYTES;
-use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, Week, ZeroLoss};
+use encoring_encoder::{Encoder, Magnet, ServiceTimes, Terminals, Unit, ZeroLoss};
 use encoring_sim::{CellFault, Eeprom, Node, Surroundings};
 use encoring_words::model::Sensor;
 use encoring_words::ssi_frame::Level;
 use encoring_words::word::{DATA, DATA_MAX, ERROR_BIT, RESERVE_BIT};
-use encoring_words::{Duration, InWord, Instant, Model, OutWord};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord, Week};
 use libfuzzer_sys::fuzz_target;
 
 /// More than any service takes here.

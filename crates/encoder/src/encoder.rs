@@ -2,7 +2,7 @@
 
 use embedded_storage::Storage;
 use encoring_words::model::{Listed, Sensor, Takes};
-use encoring_words::ssi_frame::{Level, SsiFrame};
+use encoring_words::ssi_frame::{Level, SsiFormat, SsiFrame};
 use encoring_words::word::{In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, ErrorStatus, InWord, Instant, OutWord, Parameter, ParameterSet, Service};
 
@@ -188,9 +188,8 @@ impl Encoder {
             return Level::Low;
         }
         self.look(now, terminals);
-        let values = self.parameters.active().ssi_values();
-        let (position, ak40) = (self.position, self.unit.knows_ak40());
-        self.ssi.clock(self.now, clock, || SsiFrame::new(position, values, ak40))
+        let (position, format) = (self.position, self.ssi_format());
+        self.ssi.clock(self.now, clock, || SsiFrame::new(position, format))
     }
 
     /// The level of Data+ at `now`, and when it will change without a clock edge.
@@ -201,6 +200,12 @@ impl Encoder {
         } else {
             (Level::Low, None)
         }
+    }
+
+    /// How the SSI's bits are laid out from the next transfer on: as the active set says, and the firmware can.
+    #[must_use]
+    pub const fn ssi_format(&self) -> SsiFormat {
+        SsiFormat::new(self.parameters.active().ssi_values(), self.unit.firmware)
     }
 
     /// The last multiple of the refresh time since power-up that is not after `now`: the moment whose shaft the

@@ -21,4 +21,4 @@ pub mod unit;
 
 pub use encoder::{Encoder, Magnet, Terminals};
 pub use memory::Ram;
-pub use unit::{ServiceTimes, StaleService, Unit, Week, ZeroLoss};
+pub use unit::{ServiceTimes, StaleService, Unit, ZeroLoss};

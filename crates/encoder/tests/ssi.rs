@@ -5,9 +5,8 @@ mod common;
 
 use common::ssi::number;
 use common::{Bench, MS, US, cases, ce65, ce65_8192, ce100, la66};
-use encoring_encoder::Week;
-use encoring_words::Instant;
 use encoring_words::ssi_frame::Level::{self, High, Low};
+use encoring_words::{Instant, Week};
 use proptest::prelude::*;
 
 /// The longest pause between two falling edges within a transfer.

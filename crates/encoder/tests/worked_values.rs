@@ -4,9 +4,9 @@
 mod common;
 
 use common::{Bench, MS, ce65, ce65_8192, ce100, la66};
-use encoring_encoder::{Unit, Week, ZeroLoss};
-use encoring_words::Model;
+use encoring_encoder::{Unit, ZeroLoss};
 use encoring_words::model::Sensor;
+use encoring_words::{Model, Week};
 
 /// Scaling, Q = 4096: the writes, then raw -> value.
 fn positions(bench: &mut Bench, writes: &[u32], table: &[(i64, u32)]) {

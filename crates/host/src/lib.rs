@@ -3,7 +3,7 @@
 //! [`scaling`] finds the values that make an encoder count in the wanted steps over the wanted range, judges them as
 //! the encoder will, and gives the words that program them. [`session`] carries one service out, poll by poll;
 //! [`service`], [`program`] and [`preset`] are what a user means by it. [`validity`] judges every position that the
-//! bus brings.
+//! bus brings. [`ssi_receiver`] is the other end of the encoder's SSI.
 #![no_std]
 
 pub mod preset;
@@ -13,6 +13,7 @@ pub mod scaling;
 pub mod seen;
 pub mod service;
 pub mod session;
+pub mod ssi_receiver;
 pub mod validity;
 
 pub use request::{Reply, Request, RequestError};

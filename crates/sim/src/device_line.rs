@@ -12,10 +12,11 @@
 //! [`to_device`] writes every setting that fits the model, but `stale_service` only where it is `executed`.
 
 use encoring_encoder::records::EEPROM_BYTES;
-use encoring_encoder::unit::{NoStaleService, NotAWeek};
+use encoring_encoder::unit::NoStaleService;
 use encoring_encoder::{ServiceTimes, StaleService, Unit, ZeroLoss};
 use encoring_trace::DeviceLine;
 use encoring_words::model::{Sensor, SensorError, SensorKind, UnknownModel};
+use encoring_words::week::NotAWeek;
 use encoring_words::{Duration, Model};
 
 use crate::memory::Eeprom;
@@ -201,8 +202,8 @@ fn stale_service_named(value: &str) -> Result<StaleService, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use encoring_encoder::Week;
     use encoring_trace::{Reader, Writer};
+    use encoring_words::Week;
 
     const Q4096: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
 

@@ -55,6 +55,15 @@ impl Code {
             Self::Gray => crate::gray::encode(value),
         }
     }
+
+    /// The value that `bits` stand for in this code.
+    #[must_use]
+    pub const fn decode(self, bits: u32) -> u32 {
+        match self {
+            Self::Binary => bits,
+            Self::Gray => crate::gray::decode(bits),
+        }
+    }
 }
 
 /// The meaning of service 01's data [R46]. Where only 0 and 1 exist the code is binary.

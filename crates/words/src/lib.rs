@@ -16,6 +16,7 @@ pub mod sheet;
 pub mod ssi_frame;
 pub mod status;
 pub mod time;
+pub mod week;
 pub mod word;
 
 pub use model::Model;
@@ -23,4 +24,5 @@ pub use parameter::{Parameter, ParameterSet};
 pub use service::{Access, Service};
 pub use status::ErrorStatus;
 pub use time::{Duration, Instant};
+pub use week::Week;
 pub use word::{InWord, OutWord};

@@ -1,6 +1,7 @@
 //! The data sheets: what the manuals state of pins, lamps, supply, lines and mechanics, and nothing where a manual
 //! is silent [R12].
 
+use crate::ssi_frame::{CLOCK_HZ, CLOCK_HZ_LIMIT};
 use crate::time::Duration;
 
 /// What a manual states about its device. `None` where it says nothing; a sibling's figure is never filled in.
@@ -233,8 +234,8 @@ pub(crate) static CE_65_M: DataSheet = DataSheet {
     supply: Some(Supply { millivolts: (11_000, 27_000), ripple_percent: 5, milliamperes: Some((350, 150)) }),
     preset_input: None,
     ssi: Some(SsiSheet {
-        clock_hz: (80_000, 1_000_000),
-        clock_hz_limit: (50_000, 1_100_000),
+        clock_hz: CLOCK_HZ,
+        clock_hz_limit: CLOCK_HZ_LIMIT,
         clock_input: "optocoupler",
         data_output: "RS422, two-wire",
     }),

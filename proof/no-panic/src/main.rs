@@ -11,7 +11,7 @@ use core::num::NonZeroU32;
 
 use encoring_device::{BusDevice, Surroundings};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
-use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, StaleService, Terminals, Unit, Week, ZeroLoss};
+use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, StaleService, Terminals, Unit, ZeroLoss};
 use encoring_host::Seen;
 use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
 use encoring_ring::frame::{self, Control, EndWord, Outgoing};
@@ -25,9 +25,9 @@ use encoring_ring::{
 use encoring_words::model::{MODELS, Sensor};
 use encoring_words::parameter::{PARAMETERS, SsiValues};
 use encoring_words::service::SERVICES;
-use encoring_words::ssi_frame::{Level, SsiFrame};
+use encoring_words::ssi_frame::{Level, SsiFormat, SsiFrame};
 use encoring_words::word::{FIELDS, In, Out, ServiceNumber};
-use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord, ParameterSet, gray};
+use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord, ParameterSet, Week, gray};
 
 unsafe extern "C" {
     /// Defined nowhere.
@@ -97,7 +97,10 @@ fn words() {
     for row in ErrorStatus::from_bits_retain(any()).explain() {
         black_box(row);
     }
-    let frame = SsiFrame::new(any(), SsiValues::from_data(any()), any());
+    let firmware = Week::new(any(), any()).unwrap_or(Week::AK40);
+    let format = SsiFormat::new(SsiValues::from_data(any()), firmware);
+    black_box((format.position(any()), format.holds_parity(any())));
+    let frame = SsiFrame::new(any(), format);
     black_box((frame.level(any()), frame.after(any()), frame.collect(any())));
     black_box(Instant(any()) + Duration::from_secs(any()));
     black_box(Instant(any()).since(Instant(any())));

@@ -6,13 +6,13 @@ use std::path::PathBuf;
 
 use encoring_encoder::records::EEPROM_BYTES;
 use encoring_encoder::unit::NoStaleService;
-use encoring_encoder::{Magnet, ServiceTimes, Unit, Week, ZeroLoss};
+use encoring_encoder::{Magnet, ServiceTimes, Unit, ZeroLoss};
 use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
 use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
-use encoring_words::{Duration, Instant, Model};
+use encoring_words::{Duration, Instant, Model, Week};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
