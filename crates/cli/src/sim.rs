@@ -9,10 +9,11 @@ use std::sync::Arc;
 use std::time::Duration as Real;
 
 use clap::Args;
+use encoring_control::Controlled;
 use encoring_encoder::Unit;
 use encoring_files::Existing;
 use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, WordOrder};
-use encoring_sim::scenario::{BUILT_IN, GatewayFaultText, NO_LEVEL};
+use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
 use encoring_sim::{Scenario, Shown, World};
 use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_trace::wave::Format as WaveFormat;
@@ -29,6 +30,7 @@ use crate::output::progress::Progress;
 use crate::output::{Answer, Failure, bad_input, note};
 use report::{Addresses, Report};
 
+mod gateway;
 mod report;
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
@@ -166,22 +168,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     fault::add(&arguments.faults, &mut scenario)?;
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     let runtime = runtime.enable_all().max_blocking_threads(THREADS_FOR_PEERS).build()?;
-    let faults = gateway_faults(arguments, &scenario)?;
+    let faults = gateway::faults(&scenario, arguments.scenario.as_deref(), &arguments.gateway_faults)?;
     runtime.block_on(simulate(arguments, &scenario, faults))
-}
-
-/// The faults of the gateway, of the scenario and of the command line.
-fn gateway_faults(arguments: &Arguments, scenario: &Scenario) -> Result<GatewayFaults, Failure> {
-    let faults = GatewayFaults::default();
-    for GatewayFaultText { line, fault } in &scenario.gateway_faults {
-        let file = arguments.scenario.as_deref().unwrap_or(Path::new("the built-in scenario")).display();
-        let refused = |error| bad_input(format!("{file}, line {line}: {error}"));
-        faults.add(fault.parse().map_err(refused)?).map_err(refused)?;
-    }
-    for fault in &arguments.gateway_faults {
-        faults.add(*fault).map_err(|error| bad_input(format!("--gateway-fault {fault}: {error}")))?;
-    }
-    Ok(faults)
 }
 
 async fn simulate(
@@ -262,6 +250,7 @@ fn serve(
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
+    let gateway = modbus.as_ref().map(|(_, faults)| gateway::told(faults.clone()));
     if let Some(((listener, faults), counters)) = modbus.zip(served) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,
@@ -277,8 +266,8 @@ fn serve(
     }
     if let Some(listener) = control {
         let options = encoring_control::Options::default();
-        let ring = station.handle().clone();
-        tokio::spawn(encoring_control::serve(listener, ring, units, options, until_stopped(stopped)));
+        let controlled = Controlled { ring: station.handle().clone(), units: units.into(), gateway };
+        tokio::spawn(encoring_control::serve(listener, controlled, options, until_stopped(stopped)));
     }
     stop
 }

@@ -8,7 +8,8 @@
 )]
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
@@ -27,19 +28,22 @@ struct Gateway {
 impl Gateway {
     /// A CE-65-M that stands at 5000 and one that moves.
     fn start(folder: &Path, faults: &[&str]) -> Self {
+        let options: Vec<&str> = faults.iter().flat_map(|fault| ["--gateway-fault", fault]).collect();
+        Self::with(folder, "", &options)
+    }
+
+    /// With more lines of the scenario, and more options.
+    fn with(folder: &Path, more: &str, options: &[&str]) -> Self {
         let device = |position: usize, motion: &str| {
             format!("[[device]]\nposition = {position}\nmodel = \"ce-65-m\"\nmotion = {{ {motion} }}\n")
         };
         let (stands, moves) =
             ("kind = \"hold\", raw = 5000", "kind = \"speed\", per_s = 3000.0, start = 70000");
         let file = folder.join("ring.toml");
-        fs::write(&file, format!("version = 1\n{}{}", device(0, stands), device(1, moves))).unwrap();
+        fs::write(&file, format!("version = 1\n{}{}{more}", device(0, stands), device(1, moves))).unwrap();
         let mut command = Command::new(PROGRAM);
         command.args(["sim", "--format", "json", "--modbus", "0", "--control", "0"]).arg(file);
-        for fault in faults {
-            command.args(["--gateway-fault", fault]);
-        }
-        let mut program = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut program = command.args(options).stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap());
         let mut first = String::new();
         lines.read_line(&mut first).unwrap();
@@ -60,16 +64,19 @@ impl Gateway {
         (output.status.code(), printed, String::from_utf8(output.stderr).unwrap())
     }
 
-    /// What OUT and the position of the encoder at 0 really are.
+    /// What the control port answers.
+    fn tell(&self, line: &str) -> serde_json::Value {
+        let mut control = TcpStream::connect(&self.control).unwrap();
+        control.write_all(format!("{line}\n").as_bytes()).unwrap();
+        let mut answer = String::new();
+        BufReader::new(control).read_line(&mut answer).unwrap();
+        serde_json::from_str(&answer).unwrap()
+    }
+
+    /// What OUT and IN of the encoder at 0 really are.
     fn truth(&self) -> (String, u64) {
-        use std::io::Write;
-        let mut control = std::net::TcpStream::connect(&self.control).unwrap();
-        control.write_all(b"{\"verb\":\"view\"}\n").unwrap();
-        let mut line = String::new();
-        BufReader::new(control).read_line(&mut line).unwrap();
-        let view: serde_json::Value = serde_json::from_str(&line).unwrap();
-        let device = view.pointer("/view/devices/0").or_else(|| view.pointer("/view/encoders/0"));
-        let device = device.unwrap_or_else(|| panic!("{line}"));
+        let view = self.tell(r#"{"verb":"view"}"#);
+        let device = &view["view"]["devices"][0];
         let input = u64::from_str_radix(device["in"].as_str().unwrap(), 16).unwrap();
         (device["out"].as_str().unwrap().to_owned(), input)
     }
@@ -159,4 +166,57 @@ fn a_service_bit_on_a_dead_link_is_told_and_can_be_released_when_it_is_back() {
         assert_eq!(released.status.code(), Some(0), "{}", String::from_utf8(released.stderr).unwrap());
         assert_eq!(u32::from_str_radix(&gateway.truth().0, 16).unwrap() >> 31, 0);
     }
+}
+
+#[test]
+fn every_kind_of_fault_is_taken_by_the_command_line_a_scenario_and_the_control_port() {
+    let folder = tempfile::tempdir().unwrap();
+    // None of them begins while this runs.
+    let kinds = [
+        ["silent", "busy", "drop", "dead", "close", "split", "garbled", "swapped", "transaction"].as_slice(),
+        &["late=2500", "late=2500#17", "exception=0B", "unit=0", "max=16"],
+    ]
+    .concat();
+    let later = |from: &str| -> Vec<_> { kinds.iter().map(|kind| format!("{kind}@{from}+1000ms")).collect() };
+    let (by_scenario, by_option, told) = (later("7200000ms"), later("7300000ms"), later("7400000ms"));
+    let table = |fault: &String| format!("[[gateway_fault]]\nfault = \"{fault}\"\n");
+    let tables: String = by_scenario.iter().map(table).collect();
+    let options: Vec<&str> = by_option.iter().flat_map(|fault| ["--gateway-fault", fault]).collect();
+    let gateway = Gateway::with(folder.path(), &tables, &options);
+    for fault in &told {
+        let answer = gateway.tell(&format!(r#"{{"verb":"gateway","fault":"{fault}"}}"#));
+        assert_eq!(answer["ok"], true, "{fault}: {answer}");
+    }
+    let all: Vec<String> = [by_scenario, by_option, told].concat();
+    assert_eq!(gateway.tell(r#"{"verb":"gateway"}"#)["faults"], serde_json::json!(all));
+
+    let file = folder.path().join("wrong.toml");
+    let device = "[[device]]\nposition = 0\nmodel = \"ce-65-m\"\n";
+    fs::write(&file, format!("version = 1\n{device}[[gateway_fault]]\nfault = \"slow\"\n")).unwrap();
+    let output = Command::new(PROGRAM).args(["sim", "--modbus", "0"]).arg(&file).output().unwrap();
+    let problem = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{problem}");
+    assert!(problem.contains("wrong.toml, line 6: gateway fault \"slow\"; there are silent,"), "{problem}");
+}
+
+#[test]
+fn the_control_port_begins_and_ends_what_masters_meet() {
+    let folder = tempfile::tempdir().unwrap();
+    let gateway = Gateway::start(folder.path(), &[]);
+    let read = |patience: &str| gateway.run(&format!("read 02 --patience {patience}"), 0, "").0;
+    assert_eq!(read("600ms"), Some(0));
+    gateway.tell(r#"{"verb":"gateway","fault":"silent"}"#);
+    assert_eq!(read("600ms"), Some(3));
+    gateway.tell(r#"{"verb":"gateway","end":"silent"}"#);
+    assert_eq!(read("600ms"), Some(0));
+    // Once it is dead only the control port can bring it back.
+    gateway.tell(r#"{"verb":"gateway","fault":"dead"}"#);
+    assert_eq!(read("600ms"), Some(3));
+    assert_eq!(gateway.tell(r#"{"verb":"gateway"}"#)["faults"], serde_json::json!(["dead"]));
+    gateway.tell(r#"{"verb":"gateway","end":"all"}"#);
+    let (code, view, told) = gateway.run("read 02", 0, "");
+    assert_eq!(code, Some(1), "{view} {told}");
+    assert!(told.contains("encoring release --at 0"), "the service bit still stands: {told}");
+    let wrong = gateway.tell(r#"{"verb":"gateway","fault":"late=x"}"#);
+    assert!(wrong["error"].as_str().unwrap().starts_with("gateway fault late: value \"x\""), "{wrong}");
 }

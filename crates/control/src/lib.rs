@@ -4,8 +4,12 @@
 //! and writes the lines. Nothing here is authenticated: whoever reaches the port moves the world. Nothing here
 //! opens a file either.
 
+mod answer;
+pub mod controlled;
 pub mod server;
 pub mod verbs;
 
+pub use answer::answer;
+pub use controlled::{Controlled, Gateway};
 pub use server::{Options, serve};
-pub use verbs::{Command, Given, ReadLine, Refused, answer, parse};
+pub use verbs::{Command, Given, ReadLine, Refused, parse};

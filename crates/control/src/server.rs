@@ -2,11 +2,9 @@
 
 use std::io;
 use std::pin::pin;
-use std::sync::Arc;
 use std::time::Duration as Real;
 
-use encoring_encoder::Unit;
-use encoring_station::{Handle, RingStopped};
+use encoring_station::RingStopped;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinSet, spawn_blocking};
@@ -14,6 +12,8 @@ use tokio::time::{sleep, timeout};
 use tokio_util::bytes::BytesMut;
 use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 
+use crate::answer::answer;
+use crate::controlled::Controlled;
 use crate::verbs::{self, LINE_BYTES_MAX, Refused};
 
 /// How many who were refused may be told so at the same time; who comes on top is told nothing.
@@ -43,16 +43,14 @@ impl Default for Options {
     }
 }
 
-/// Answers everyone who connects, until `stop`; then every connection is closed. `units` are the encoders of
-/// `ring`, by position. An error of one connection ends that connection, never the server.
+/// Answers everyone who connects, until `stop`; then every connection is closed. An error of one connection ends
+/// that connection, never the server.
 pub async fn serve(
     listener: TcpListener,
-    ring: Handle,
-    units: Vec<Unit>,
+    controlled: Controlled,
     options: Options,
     stop: impl Future<Output = ()>,
 ) {
-    let units: Arc<[Unit]> = units.into();
     let mut stop = pin!(stop);
     let mut served = JoinSet::new();
     let mut refused = JoinSet::new();
@@ -67,7 +65,7 @@ pub async fn serve(
         match accepted {
             Ok((stream, _)) if served.len() < options.connections => {
                 let peer = Peer::new(stream, options.idle);
-                served.spawn(peer.serve(ring.clone(), Arc::clone(&units)));
+                served.spawn(peer.serve(controlled.clone()));
             }
             Ok((stream, _)) if refused.len() < FAREWELLS_MAX => {
                 let full = Refused::Full { connections: options.connections };
@@ -103,7 +101,7 @@ impl Peer {
         Self { stream, codec, held: BytesMut::new(), ended: false, idle }
     }
 
-    async fn serve(mut self, ring: Handle, units: Arc<[Unit]>) {
+    async fn serve(mut self, controlled: Controlled) {
         let mut first = true;
         while let Ok(Ok(Some(line))) = timeout(self.idle, self.line()).await {
             if std::mem::take(&mut first)
@@ -113,9 +111,9 @@ impl Peer {
             }
             let answer = match line {
                 Ok(line) => {
-                    let (ring, units) = (ring.clone(), Arc::clone(&units));
+                    let controlled = controlled.clone();
                     // Its thread is lost only with the runtime, and the ring goes with that.
-                    spawn_blocking(move || verbs::answer(&line, &units, &ring))
+                    spawn_blocking(move || answer(&line, &controlled))
                         .await
                         .unwrap_or_else(|_| Refused::Stopped(RingStopped).answer())
                 }

@@ -1,4 +1,4 @@
-//! What can be asked, as a line of JSON, and what is answered.
+//! What can be asked, as a line of JSON.
 //!
 //! A line is judged as a whole before anything is done. Keys that are unknown or named twice are refused, so a
 //! typing error never goes unnoticed.
@@ -10,21 +10,20 @@ use std::path::Path;
 use encoring_encoder::Unit;
 use encoring_sim::Fault;
 use encoring_sim::scenario::{Change, MotionFiles, MotionTable, Occurrence, SECONDS_MAX, SetTable};
-use encoring_station::{Handle, RingStopped, View};
+use encoring_station::{RingStopped, View};
 use encoring_words::{Duration, Model};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
+
+use crate::controlled::Controlled;
 
 /// The longest line that is read, in bytes without its end.
 pub const LINE_BYTES_MAX: usize = 64 * 1024;
 
 /// The longest `id` that is echoed, in bytes as it was written.
 pub const ID_BYTES_MAX: usize = 64;
-
-/// The longest message of an answer, in characters; a message quotes what a peer sent.
-const MESSAGE_CHARS_MAX: usize = 512;
 
 /// A line, read.
 #[derive(Debug)]
@@ -56,6 +55,18 @@ pub enum Command {
     },
     /// Ends every trouble of the line.
     EndLine,
+    /// Makes the gateway misbehave.
+    Misbehave {
+        /// How, as the gateway reads it.
+        fault: String,
+    },
+    /// Ends a fault of the gateway.
+    EndGateway {
+        /// Which; `None` for every one.
+        fault: Option<String>,
+    },
+    /// Lists the faults of the gateway.
+    GatewayFaults,
     /// Shows the whole ring.
     View,
     /// Lists the verbs.
@@ -69,6 +80,8 @@ pub enum Given {
     Done,
     /// The ring at this moment.
     View(Box<View>),
+    /// What the gateway does wrong.
+    GatewayFaults(Vec<String>),
     /// The verbs.
     Help,
 }
@@ -154,6 +167,15 @@ pub enum Refused {
         /// Which.
         key: &'static str,
     },
+    /// Two things of the gateway at once.
+    #[error("fault and end in one line; fault begins one, end ends one")]
+    FaultAndEnd,
+    /// There is no gateway.
+    #[error("there is no Modbus server whose answers could be spoilt")]
+    NoGateway,
+    /// The gateway does not take it.
+    #[error("{0}")]
+    Gateway(String),
     /// Bytes that are no text.
     #[error("the line is not UTF-8")]
     NotUtf8,
@@ -180,14 +202,14 @@ pub enum Refused {
 }
 
 /// A verb as `help` tells it.
-struct Verb {
-    name: &'static str,
+pub(crate) struct Verb {
+    pub(crate) name: &'static str,
     read: fn(&str, &[Unit]) -> Result<Command, Refused>,
-    does: fn() -> String,
-    examples: &'static [&'static str],
+    pub(crate) does: fn() -> String,
+    pub(crate) examples: &'static [&'static str],
 }
 
-const VERBS: [Verb; 4] = [
+pub(crate) const VERBS: [Verb; 5] = [
     Verb {
         name: "set",
         read: set,
@@ -216,6 +238,22 @@ const VERBS: [Verb; 4] = [
             r#"{"verb":"line","segment":1,"fault":"silent","for_s":0.1}"#,
             r#"{"verb":"line","segment":0,"fault":"flips=20"}"#,
             r#"{"verb":"line","fault":"none"}"#,
+        ],
+    },
+    Verb {
+        name: "gateway",
+        read: |text, _| gateway(text),
+        does: || {
+            "makes the Modbus server misbehave as gateways do: fault begins a fault, in the form that sim --gateway-fault \
+             takes, whose times count from now; end ends one, or all; without either it lists them"
+                .to_owned()
+        },
+        examples: &[
+            r#"{"verb":"gateway","fault":"late=2500#17"}"#,
+            r#"{"verb":"gateway","fault":"silent@5s+1s"}"#,
+            r#"{"verb":"gateway"}"#,
+            r#"{"verb":"gateway","end":"late=2500#17"}"#,
+            r#"{"verb":"gateway","end":"all"}"#,
         ],
     },
     Verb {
@@ -267,24 +305,22 @@ pub fn parse<'a>(text: &'a str, units: &[Unit]) -> ReadLine<'a> {
     ReadLine { id: envelope.id, command }
 }
 
-/// Reads one line, does what it asks and gives the answer, without its end. Waits for the ring for up to a cycle.
-#[must_use]
-pub fn answer(text: &str, units: &[Unit], ring: &Handle) -> String {
-    let request = parse(text, units);
-    let result = request.command.and_then(|command| Ok(command.obey(ring)?));
-    answered(request.id, &result)
-}
-
 impl Command {
     /// Does it. Waits for the ring for up to a cycle.
     ///
     /// # Errors
-    /// [`RingStopped`] if the ring no longer runs.
-    pub fn obey(self, ring: &Handle) -> Result<Given, RingStopped> {
+    /// [`Refused`] if the ring no longer runs, or the gateway does not take it.
+    pub fn obey(self, controlled: &Controlled) -> Result<Given, Refused> {
+        let Controlled { ring, gateway, .. } = controlled;
+        let gateway = gateway.as_deref().ok_or(Refused::NoGateway);
         match self {
             Self::Set { position, changes } => ring.change(position, changes)?,
             Self::Line { segment, fault, lasting } => ring.trouble(segment, Some((fault, lasting)))?,
             Self::EndLine => ring.trouble(0, None)?,
+            Self::Misbehave { fault } => gateway?.begin(&fault).map_err(Refused::Gateway)?,
+            Self::EndGateway { fault: Some(fault) } => gateway?.end(&fault).map_err(Refused::Gateway)?,
+            Self::EndGateway { fault: None } => gateway?.end_all(),
+            Self::GatewayFaults => return Ok(Given::GatewayFaults(gateway?.faults())),
             Self::View => return Ok(Given::View(Box::new(ring.view()?))),
             Self::Help => return Ok(Given::Help),
         }
@@ -292,63 +328,7 @@ impl Command {
     }
 }
 
-impl Refused {
-    /// The answer to a line that could not be read at all.
-    pub(crate) fn answer(self) -> String {
-        answered(None, &Err(self))
-    }
-}
-
-#[derive(Serialize)]
-struct Answer<'a> {
-    ok: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    id: Option<&'a RawValue>,
-    #[serde(flatten)]
-    content: Content<'a>,
-}
-
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Content<'a> {
-    Done {},
-    View { view: &'a View },
-    Help { verbs: Vec<Help> },
-    Refused { error: String },
-}
-
-#[derive(Serialize)]
-struct Help {
-    verb: &'static str,
-    does: String,
-    examples: Vec<&'static RawValue>,
-}
-
-fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
-    let content = match result {
-        Ok(Given::Done) => Content::Done {},
-        Ok(Given::View(view)) => Content::View { view },
-        Ok(Given::Help) => Content::Help {
-            verbs: VERBS
-                .map(|verb| Help {
-                    verb: verb.name,
-                    does: (verb.does)(),
-                    examples: verb
-                        .examples
-                        .iter()
-                        .filter_map(|text| serde_json::from_str(text).ok())
-                        .collect(),
-                })
-                .into(),
-        },
-        Err(refused) => Content::Refused { error: shortened(&refused.to_string(), MESSAGE_CHARS_MAX) },
-    };
-    let answer = Answer { ok: result.is_ok(), id, content };
-    // Plain data with names for keys has no reason to fail.
-    serde_json::to_string(&answer).unwrap_or_else(|_| r#"{"ok":false,"error":"no answer"}"#.to_owned())
-}
-
-fn shortened(text: &str, chars_max: usize) -> String {
+pub(crate) fn shortened(text: &str, chars_max: usize) -> String {
     match text.char_indices().nth(chars_max) {
         Some((end, _)) => format!("{}...", text.get(..end).unwrap_or_default()),
         None => text.to_owned(),
@@ -399,6 +379,17 @@ struct LineLine {
     segment: Option<i64>,
     fault: Asked,
     for_s: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GatewayLine {
+    #[serde(rename = "verb")]
+    _verb: IgnoredAny,
+    #[serde(rename = "id", default)]
+    _id: IgnoredAny,
+    fault: Option<String>,
+    end: Option<String>,
 }
 
 /// What the line is to suffer: a fault in its text form, or `none`.
@@ -488,4 +479,14 @@ fn line(text: &str, units: &[Unit]) -> Result<Command, Refused> {
         Some(for_s) => return Err(Refused::ForS { for_s }),
     };
     Ok(Command::Line { segment, fault, lasting })
+}
+
+fn gateway(text: &str) -> Result<Command, Refused> {
+    let GatewayLine { fault, end, .. } = read(text)?;
+    match (fault, end) {
+        (Some(_), Some(_)) => Err(Refused::FaultAndEnd),
+        (Some(fault), None) => Ok(Command::Misbehave { fault }),
+        (None, Some(end)) => Ok(Command::EndGateway { fault: Some(end).filter(|end| end != "all") }),
+        (None, None) => Ok(Command::GatewayFaults),
+    }
 }

@@ -28,7 +28,7 @@ async fn answered(server: &Server, bytes: &[u8], lines: usize) {
 
 #[test]
 fn every_single_byte_change_of_a_line_is_read_without_panic() {
-    let units = Ring::start().units;
+    let units = Ring::start().controlled.units;
     let (mut read, mut refused) = (0, 0);
     for valid in VALID {
         assert!(parse(valid, &units).command.is_ok(), "{valid}");
@@ -49,7 +49,7 @@ fn every_single_byte_change_of_a_line_is_read_without_panic() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let units = Ring::start().units;
+    let units = Ring::start().controlled.units;
     for valid in VALID {
         for end in 0..valid.len() {
             assert!(parse(&valid[..end], &units).command.is_err(), "{}", &valid[..end]);
@@ -186,9 +186,10 @@ fn any_text_is_answered_with_one_line_of_json() {
         json_like().prop_map(|value| format!(r#"{{"verb":"set","position":1,"set":{value}}}"#)),
         json_like().prop_map(|value| format!(r#"{{"verb":"set","position":0,"set":{{"motion":{value}}}}}"#)),
         json_like().prop_map(|value| format!(r#"{{"verb":"line","segment":{value},"fault":"bad"}}"#)),
+        json_like().prop_map(|value| format!(r#"{{"verb":"gateway","fault":{value}}}"#)),
     ];
     proptest!(|(text in texts)| {
-        let answer = encoring_control::answer(&text, &ring.units, ring.station.handle());
+        let answer = encoring_control::answer(&text, &ring.controlled);
         prop_assert!(!answer.contains('\n'));
         let answer: Value = serde_json::from_str(&answer).unwrap();
         prop_assert!(answer["ok"] == true || answer["error"].is_string());

@@ -153,7 +153,7 @@ fn help_gives_lines_that_work() {
     let help = ring.ask(r#"{"verb":"help"}"#);
     let verbs = help["verbs"].as_array().unwrap();
     let names: Vec<&Value> = verbs.iter().map(|verb| &verb["verb"]).collect();
-    assert_eq!(names, ["set", "line", "view", "help"]);
+    assert_eq!(names, ["set", "line", "gateway", "view", "help"]);
     let mut examples = 0;
     for verb in verbs {
         for example in verb["examples"].as_array().unwrap() {
@@ -162,7 +162,7 @@ fn help_gives_lines_that_work() {
             examples += 1;
         }
     }
-    assert_eq!(examples, 8);
+    assert_eq!(examples, 13);
 }
 
 #[test]
@@ -170,7 +170,7 @@ fn an_id_is_echoed_as_it_was_written() {
     let ring = Ring::start();
     for id in ["7", "1.50", "\"a\\u0041\"", "null", "true", "123456789012345678901234567890"] {
         let line = format!(r#"{{"id":{id},"verb":"line","fault":"none"}}"#);
-        let answer = encoring_control::answer(&line, &ring.units, ring.station.handle());
+        let answer = encoring_control::answer(&line, &ring.controlled);
         assert_eq!(answer, format!(r#"{{"ok":true,"id":{id}}}"#));
     }
     assert_eq!(ring.ask(r#"{"id":4,"verb":"sett"}"#)["id"], 4);
@@ -193,9 +193,9 @@ fn a_refusal_names_place_value_and_limit() {
         ("{", "column 1: EOF while parsing an object"),
         (r#"{"verb":"view"} {}"#, "column 17: trailing characters"),
         (r#"{"verb":"view","verb":"help"}"#, "column 21: duplicate field `verb`"),
-        ("{}", "verb is missing; the verbs are set, line, view, help"),
-        (r#"{"verb":"sett"}"#, "verb \"sett\"; the verbs are set, line, view, help"),
-        (r#"{"verb":7}"#, "verb 7; the verbs are set, line, view, help"),
+        ("{}", "verb is missing; the verbs are set, line, gateway, view, help"),
+        (r#"{"verb":"sett"}"#, "verb \"sett\"; the verbs are set, line, gateway, view, help"),
+        (r#"{"verb":7}"#, "verb 7; the verbs are set, line, gateway, view, help"),
         (r#"{"verb":"view","x":1}"#, "column 18: unknown field `x`, expected `verb` or `id`"),
         (r#"{"verb":"set","set":{"raw":1}}"#, "column 30: missing field `position`"),
         (r#"{"verb":"set","position":3,"set":{"raw":1}}"#, "position 3; the encoders are at 0 to 2"),
@@ -268,8 +268,7 @@ fn a_line_with_one_wrong_value_changes_nothing() {
 
 #[test]
 fn a_ring_that_has_stopped_is_told_so() {
-    let Ring { station, units } = Ring::start();
-    let handle = station.handle().clone();
+    let Ring { station, controlled } = Ring::start();
     station.stop().unwrap();
     for line in [
         r#"{"verb":"view"}"#,
@@ -277,9 +276,44 @@ fn a_ring_that_has_stopped_is_told_so() {
         r#"{"verb":"set","position":1,"set":{"raw":1}}"#,
     ] {
         assert_eq!(
-            encoring_control::answer(line, &units, &handle),
+            encoring_control::answer(line, &controlled),
             r#"{"ok":false,"error":"the ring has stopped"}"#
         );
     }
-    assert!(encoring_control::answer(r#"{"verb":"help"}"#, &units, &handle).starts_with(r#"{"ok":true"#));
+    assert!(encoring_control::answer(r#"{"verb":"help"}"#, &controlled).starts_with(r#"{"ok":true"#));
+}
+
+#[test]
+fn faults_of_the_gateway_are_passed_on_as_text_listed_and_ended() {
+    let mut ring = Ring::start();
+    let listed = |ring: &Ring| ring.ask(r#"{"verb":"gateway"}"#)["faults"].clone();
+    assert_eq!(listed(&ring), serde_json::json!([]));
+    for fault in ["late=5", "close", "busy"] {
+        ring.done(&format!(r#"{{"verb":"gateway","fault":"{fault}"}}"#));
+    }
+    assert_eq!(listed(&ring), serde_json::json!(["late=5", "close", "busy"]));
+    ring.done(r#"{"verb":"gateway","end":"close"}"#);
+    assert_eq!(listed(&ring), serde_json::json!(["late=5", "busy"]));
+    // What is refused changes nothing, and the gateway says why.
+    for (line, problem) in [
+        (r#"{"verb":"gateway","fault":"7"}"#, "gateway fault \"7\""),
+        (r#"{"verb":"gateway","end":"close"}"#, "gateway fault close is not there"),
+        (
+            r#"{"verb":"gateway","fault":"close","end":"busy"}"#,
+            "fault and end in one line; fault begins one, end ends one",
+        ),
+        (
+            r#"{"verb":"gateway","for_s":1}"#,
+            "column 25: unknown field `for_s`, expected one of `verb`, `id`, `fault`, `end`",
+        ),
+    ] {
+        assert_eq!(ring.refused(line), problem);
+    }
+    assert_eq!(listed(&ring), serde_json::json!(["late=5", "busy"]));
+    ring.done(r#"{"verb":"gateway","end":"all"}"#);
+    assert_eq!(listed(&ring), serde_json::json!([]));
+    ring.controlled.gateway = None;
+    for line in [r#"{"verb":"gateway"}"#, r#"{"verb":"gateway","fault":"close"}"#] {
+        assert_eq!(ring.refused(line), "there is no Modbus server whose answers could be spoilt");
+    }
 }

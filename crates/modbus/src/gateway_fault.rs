@@ -4,10 +4,7 @@
 
 use std::fmt;
 use std::str::FromStr;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
-
-use tokio::time::Instant;
 
 /// Every kind with what it does.
 pub const FORMS: [(&str, &str); 13] = [
@@ -37,7 +34,7 @@ const LATE_MAX: Duration = HOUR;
 /// No fault begins or lasts longer.
 const TIME_MAX: Duration = Duration::from_secs(366 * 24 * 3_600);
 /// As many faults at one time.
-const FAULTS_MAX: usize = 64;
+pub(crate) const FAULTS_MAX: usize = 64;
 
 /// What a gateway does wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,6 +109,14 @@ pub enum GatewayFaultError {
     /// There are as many as there may be.
     #[error("there are {FAULTS_MAX} gateway faults already")]
     TooMany,
+    /// There is none to end.
+    #[error("gateway fault {fault} is not there; there {}", .there)]
+    NotThere {
+        /// Which.
+        fault: GatewayFault,
+        /// Those that are, in words.
+        there: String,
+    },
 }
 
 fn kinds() -> String {
@@ -235,170 +240,6 @@ impl fmt::Display for GatewayFault {
     }
 }
 
-/// The faults that a server has. Clones are of the same.
-#[derive(Clone, Debug, Default)]
-pub struct GatewayFaults(Arc<Mutex<Faults>>);
-
-#[derive(Debug, Default)]
-struct Faults {
-    /// Each with the time from which its own times count.
-    all: Vec<(Instant, GatewayFault)>,
-    requests: u64,
-    /// Until when nothing is there, once it has died.
-    dead: Option<Dead>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Dead {
-    Until(Instant),
-    ForGood,
-}
-
-/// What is wrong with one request and its answer.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Misdeeds {
-    number: u64,
-    of: Vec<GatewayMisdeed>,
-}
-
-impl GatewayFaults {
-    fn lock(&self) -> MutexGuard<'_, Faults> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// Adds one; its times count from now.
-    ///
-    /// # Errors
-    /// [`GatewayFaultError::TooMany`].
-    pub fn add(&self, fault: GatewayFault) -> Result<(), GatewayFaultError> {
-        let mut faults = self.lock();
-        if faults.all.len() >= FAULTS_MAX {
-            return Err(GatewayFaultError::TooMany);
-        }
-        faults.all.push((Instant::now(), fault));
-        Ok(())
-    }
-
-    /// Ends every fault.
-    pub fn clear(&self) {
-        let mut faults = self.lock();
-        (faults.all, faults.dead) = (Vec::new(), None);
-    }
-
-    /// `true` while nothing is there.
-    pub(crate) fn is_dead(&self) -> bool {
-        match self.lock().dead {
-            Some(Dead::Until(end)) => Instant::now() < end,
-            Some(Dead::ForGood) => true,
-            None => false,
-        }
-    }
-
-    /// Counts a request, and says what is wrong with it.
-    pub(crate) fn request(&self) -> Misdeeds {
-        let mut faults = self.lock();
-        faults.requests += 1;
-        let number = faults.requests;
-        let now = Instant::now();
-        let on = |(since, fault): &(Instant, GatewayFault)| {
-            let begun = now.duration_since(*since).checked_sub(fault.after)?;
-            // How long it is dead counts from its death.
-            let over = fault.misdeed != GatewayMisdeed::Dead
-                && fault.lasting.is_some_and(|lasting| begun >= lasting);
-            (!over).then_some(fault.misdeed)
-        };
-        Misdeeds { number, of: faults.all.iter().filter_map(on).collect() }
-    }
-
-    /// It dies, and not a second time.
-    pub(crate) fn die(&self) {
-        let mut faults = self.lock();
-        let Some(index) = faults.all.iter().position(|(_, fault)| fault.misdeed == GatewayMisdeed::Dead)
-        else {
-            return;
-        };
-        let (_, fault) = faults.all.remove(index);
-        faults.dead = Some(match fault.lasting {
-            Some(lasting) => Dead::Until(Instant::now() + lasting),
-            None => Dead::ForGood,
-        });
-    }
-}
-
-impl Misdeeds {
-    pub(crate) fn has(&self, misdeed: GatewayMisdeed) -> bool {
-        self.of.contains(&misdeed)
-    }
-
-    /// The exception that is answered instead of carrying a request out.
-    pub(crate) fn exception(&self, request: &[u8]) -> Option<u8> {
-        self.of.iter().find_map(|misdeed| match (misdeed, request) {
-            (GatewayMisdeed::Exception(code), _) => Some(*code),
-            (GatewayMisdeed::Max(max), [3 | 4, _, _, high, low, ..])
-                if u16::from_be_bytes([*high, *low]) > *max =>
-            {
-                Some(3)
-            }
-            _ => None,
-        })
-    }
-
-    /// How late the answer is.
-    pub(crate) fn late(&self) -> Duration {
-        let late = self.of.iter().filter_map(|misdeed| match misdeed {
-            GatewayMisdeed::Late { by, request } if request.is_none_or(|request| request == self.number) => {
-                Some(*by)
-            }
-            _ => None,
-        });
-        late.max().unwrap_or_default()
-    }
-
-    /// The unit that answers.
-    pub(crate) fn unit(&self) -> Option<u8> {
-        self.of.iter().find_map(|misdeed| match misdeed {
-            GatewayMisdeed::Unit(unit) => Some(*unit),
-            _ => None,
-        })
-    }
-
-    /// The request as it gets through.
-    pub(crate) fn through(&self, request: &[u8]) -> Vec<u8> {
-        let mut request = request.to_vec();
-        if self.has(GatewayMisdeed::Swapped) && request.first() == Some(&16) {
-            exchange_halves(request.get_mut(6..).unwrap_or_default());
-        }
-        request
-    }
-
-    /// The answer as it comes back.
-    pub(crate) fn back(&self, answer: &[u8]) -> Vec<u8> {
-        let mut answer = answer.to_vec();
-        if self.has(GatewayMisdeed::Swapped) && matches!(answer.first(), Some(3 | 4)) {
-            exchange_halves(answer.get_mut(2..).unwrap_or_default());
-        }
-        if self.has(GatewayMisdeed::Garbled) {
-            let index = (self.number % answer.len().max(1) as u64) as usize;
-            if let Some(byte) = answer.get_mut(index) {
-                *byte ^= 0x55;
-            }
-        }
-        answer
-    }
-}
-
-/// What is no whole word stays.
-fn exchange_halves(registers: &mut [u8]) {
-    for word in registers.as_chunks_mut::<4>().0 {
-        word.rotate_left(2);
-    }
-}
-
-/// Whether a request writes an OUT word with its service bit: the first register of several.
-pub(crate) fn sets_a_service_bit(request: &[u8]) -> bool {
-    matches!(request, [16, _, _, _, _, _, first, ..] if first & 0x80 != 0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -457,10 +298,5 @@ mod tests {
         }
         let error = "slow".parse::<GatewayFault>().unwrap_err().to_string();
         assert!(error.contains("late=MS#N") && error.contains("max=N"), "{error}");
-        let faults = GatewayFaults::default();
-        for _ in 0..FAULTS_MAX {
-            faults.add("close".parse().unwrap()).unwrap();
-        }
-        assert_eq!(faults.add("close".parse().unwrap()), Err(GatewayFaultError::TooMany));
     }
 }

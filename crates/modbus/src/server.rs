@@ -20,7 +20,8 @@ use tokio_util::codec::{Encoder, Framed};
 
 use crate::counters::{Open, ServerCounts};
 use crate::frame::{Codec, Frame, FrameError};
-use crate::gateway_fault::{GatewayFaults, GatewayMisdeed, sets_a_service_bit};
+use crate::gateway_fault::GatewayMisdeed;
+use crate::misdeeds::GatewayFaults;
 use crate::pdu::{Pdu, respond};
 use crate::place::WordOrder;
 use crate::registers::RegisterMap;
@@ -157,12 +158,12 @@ async fn converse(
             continue;
         }
         let asked = misdeeds.through(pdu.as_bytes());
-        let pdu = answered(&asked, misdeeds.exception(&asked), image, options);
+        let (pdu, service) = answered(&asked, misdeeds.exception(&asked), image, options);
         counters.requests.add_one();
         if pdu.is_exception() {
             counters.exceptions.add_one();
         }
-        if misdeeds.has(GatewayMisdeed::Dead) && sets_a_service_bit(&asked) {
+        if misdeeds.has(GatewayMisdeed::Dead) && service == ServiceBit::Set {
             return faults.die();
         }
         if misdeeds.has(GatewayMisdeed::Drop) {
@@ -190,13 +191,26 @@ async fn converse(
     }
 }
 
+/// What became of the service bits of OUT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum ServiceBit {
+    /// A request has set one that was not set.
+    Set,
+    AsBefore,
+}
+
 /// The answer to a request; `exception` is one that the gateway gives in place of it.
-fn answered(asked: &[u8], exception: Option<u8>, image: &SharedImage, options: Options) -> Pdu {
+fn answered(asked: &[u8], exception: Option<u8>, image: &SharedImage, options: Options) -> (Pdu, ServiceBit) {
     let Options { layout, word_order, .. } = options;
-    match exception {
-        Some(code) => Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]),
-        None => image.with(|image| respond(asked, image, layout, word_order)),
+    if let Some(code) = exception {
+        return (Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]), ServiceBit::AsBefore);
     }
+    image.with(|image| {
+        let before: Vec<bool> = image.out().iter().map(|out| out.service_bit()).collect();
+        let pdu = respond(asked, image, layout, word_order);
+        let set = image.out().iter().zip(before).any(|(out, before)| out.service_bit() && !before);
+        (pdu, if set { ServiceBit::Set } else { ServiceBit::AsBefore })
+    })
 }
 
 /// Sends an answer in two segments.

@@ -9,9 +9,9 @@
 )]
 
 use std::net::SocketAddr;
+use std::sync::{Arc, Mutex};
 
-use encoring_control::{Options, answer, serve};
-use encoring_encoder::Unit;
+use encoring_control::{Controlled, Gateway, Options, answer, serve};
 use encoring_sim::{Scenario, World};
 use encoring_station::{Speed, Station};
 use serde_json::Value;
@@ -22,7 +22,35 @@ use tokio::task::JoinHandle;
 
 pub struct Ring {
     pub station: Station,
-    pub units: Vec<Unit>,
+    pub controlled: Controlled,
+}
+
+/// A gateway that knows faults by heart: what begins with a letter is one.
+#[derive(Default)]
+pub struct Remembers(Mutex<Vec<String>>);
+
+impl Gateway for Remembers {
+    fn begin(&self, fault: &str) -> Result<(), String> {
+        if !fault.starts_with(|first: char| first.is_ascii_lowercase()) {
+            return Err(format!("gateway fault {fault:?}"));
+        }
+        self.0.lock().unwrap().push(fault.to_owned());
+        Ok(())
+    }
+
+    fn end(&self, fault: &str) -> Result<(), String> {
+        let mut faults = self.0.lock().unwrap();
+        let index = faults.iter().position(|other| other == fault);
+        index.map(|index| drop(faults.remove(index))).ok_or(format!("gateway fault {fault} is not there"))
+    }
+
+    fn end_all(&self) {
+        self.0.lock().unwrap().clear();
+    }
+
+    fn faults(&self) -> Vec<String> {
+        self.0.lock().unwrap().clone()
+    }
 }
 
 impl Ring {
@@ -30,11 +58,16 @@ impl Ring {
         let scenario = Scenario::built_in().unwrap();
         let units = scenario.devices.iter().map(|device| device.unit).collect();
         let options = encoring_station::Options { speed: Speed::Max, ..encoring_station::Options::default() };
-        Self { station: Station::start(World::new(&scenario).unwrap(), options).unwrap(), units }
+        let station = Station::start(World::new(&scenario).unwrap(), options).unwrap();
+        let ring = station.handle().clone();
+        Self {
+            station,
+            controlled: Controlled { ring, units, gateway: Some(Arc::new(Remembers::default())) },
+        }
     }
 
     pub fn ask(&self, line: &str) -> Value {
-        serde_json::from_str(&answer(line, &self.units, self.station.handle())).unwrap()
+        serde_json::from_str(&answer(line, &self.controlled)).unwrap()
     }
 
     pub fn done(&self, line: &str) {
@@ -84,7 +117,7 @@ impl Server {
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let address = listener.local_addr().unwrap();
         let (stop, stopped) = oneshot::channel::<()>();
-        let served = serve(listener, ring.station.handle().clone(), ring.units.clone(), options, async {
+        let served = serve(listener, ring.controlled.clone(), options, async {
             let _ = stopped.await;
         });
         Self { ring, address, stop, task: tokio::spawn(served) }

@@ -1,4 +1,7 @@
 use super::*;
+
+mod misdeeds;
+
 use crate::counters::Snapshot;
 use crate::plain::{Plain, framed, image, requests};
 
