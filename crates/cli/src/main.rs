@@ -24,6 +24,7 @@ mod replay;
 mod ring;
 mod scan;
 mod sim;
+mod ssi;
 mod subjects;
 mod told;
 mod watch;
@@ -60,6 +61,6 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
-    Watch watch, Log log, Scan scan, Ring ring,
+    Watch watch, Log log, Scan scan, Ring ring, Ssi ssi,
     Completions completions,
 }

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::ValueEnum;
 
+pub(crate) mod new_file;
 pub(crate) mod printer;
 pub(crate) mod progress;
 pub(crate) mod ratio;

@@ -7,6 +7,7 @@ mod master;
 mod program;
 mod replay;
 mod ring;
+mod ssi;
 
 use std::io::Write;
 use std::process::{Command, Stdio};
