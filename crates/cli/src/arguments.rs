@@ -32,6 +32,11 @@ pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
         .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
 }
 
+/// A model by its name.
+pub(crate) fn model_name(text: &str) -> Result<Model, UnknownModel> {
+    text.parse()
+}
+
 /// The steps per turn that any rotary encoder can have, as text.
 static NATIVE: LazyLock<Vec<String>> = LazyLock::new(|| {
     let numbers: BTreeSet<u32> = MODELS.iter().flat_map(|model| model.steps_per_turn()).copied().collect();

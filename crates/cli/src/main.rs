@@ -23,6 +23,7 @@ mod release;
 mod replay;
 mod ring;
 mod scan;
+mod sheet;
 mod sim;
 mod ssi;
 mod subjects;
@@ -61,6 +62,6 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
-    Watch watch, Log log, Scan scan, Ring ring, Ssi ssi,
+    Watch watch, Log log, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

@@ -433,21 +433,21 @@ impl DataView {
             bytes: Vec::new(),
             text: Vec::new(),
         };
-        match Legal::of(service, model) {
-            None => {}
-            Some(Legal::Whole { low, high }) => {
+        let Some(legal) = Legal::of(service, model) else { return view };
+        match legal {
+            Legal::Whole { low, high } => {
                 view.range = Some(RangeView { low, high, up_to_measuring_length: false });
-                view.text.push(format!("range {low:X}h..{high:X}h ({low}..{high})"));
+                view.text.push(format!("range {legal}"));
                 if has_data && service == Service::CountingDirection && fields.data <= high {
                     let direction = CountingDirection::from_data(fields.data).direction;
                     view.text.push(format!("{}: {:#}", fields.data, DirectionMeaning { direction, model }));
                 }
             }
-            Some(Legal::UpToMeasuringLength) => {
+            Legal::UpToMeasuringLength => {
                 view.range = Some(RangeView { low: 0, high: word::DATA_MAX, up_to_measuring_length: true });
-                view.text.push("range 0..measuring length in steps (service 02)".to_owned());
+                view.text.push(format!("range {legal}"));
             }
-            Some(Legal::Bytes(bytes)) => {
+            Legal::Bytes(bytes) => {
                 for byte in bytes {
                     let ByteField { byte: number, name, low, high } = byte;
                     let value = byte.of(fields.data);

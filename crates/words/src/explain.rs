@@ -14,7 +14,7 @@ use crate::{ErrorStatus, Model, Parameter};
 
 mod wording;
 
-pub use wording::{ByteMeaning, Deed, DirectionMeaning, Meaning, access, effect, refusal};
+pub use wording::{ByteMeaning, Deed, DirectionMeaning, Meaning, Values, access, effect, refusal};
 
 /// The data that a service takes, as its manual lists them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +87,17 @@ impl Legal {
             Takes::DirectionAndCode => Self::Bytes(DIRECTION_BYTES),
             Takes::SsiValues { fewest_bits, most_bits } => Self::Bytes(ssi_bytes(fewest_bits, most_bits)),
         })
+    }
+}
+
+/// The range as people read it; nothing where each byte is a value of its own.
+impl fmt::Display for Legal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Whole { low, high } => write!(f, "{low:X}h..{high:X}h ({low}..{high})"),
+            Self::UpToMeasuringLength => f.write_str("0..measuring length in steps (service 02)"),
+            Self::Bytes(_) => Ok(()),
+        }
     }
 }
 

@@ -8,7 +8,7 @@ use core::str::FromStr;
 
 use crate::ErrorStatus;
 use crate::service::{Access, Service};
-use crate::sheet::{self, DataSheet, Mechanics};
+use crate::sheet::{self, DataSheet, Mechanics, StepChange};
 use crate::time::Duration;
 use crate::word::{DATA_MAX, ServiceNumber};
 
@@ -48,6 +48,8 @@ struct Entry {
     preset_inputs: &'static [Service],
     /// For the limits of a movement, where its own manual gives none.
     assumed_mechanics: Option<Mechanics>,
+    /// For steps that are none of the shaft, where its own manual has no table of them.
+    assumed_step_changes: &'static [StepChange],
     sheet: &'static DataSheet,
 }
 
@@ -71,6 +73,7 @@ static LA_66: Entry = Entry {
     status_mask: 0x0020,
     preset_inputs: &[Service::PresetValue1],
     assumed_mechanics: None,
+    assumed_step_changes: &[],
     sheet: &sheet::LA_66,
 };
 
@@ -94,6 +97,7 @@ static CE_100_M: Entry = Entry {
     status_mask: 0x638F,
     preset_inputs: &[Service::PresetValue1, Service::PresetValue2],
     assumed_mechanics: sheet::CE_65_M.mechanics,
+    assumed_step_changes: sheet::CE_65_M.step_changes,
     sheet: &sheet::CE_100_M,
 };
 
@@ -116,6 +120,7 @@ static CE_65_M: Entry = Entry {
     status_mask: 0x608F,
     preset_inputs: &[],
     assumed_mechanics: None,
+    assumed_step_changes: &[],
     sheet: &sheet::CE_65_M,
 };
 
@@ -272,6 +277,16 @@ impl Model {
         }
     }
 
+    /// Causes of steps that are none of the shaft: those of its own manual, or where that has none those that are
+    /// assumed of it; none without both [R150..R153].
+    #[must_use]
+    pub const fn step_changes(self) -> &'static [StepChange] {
+        match self.data_sheet().step_changes {
+            [] => self.entry().assumed_step_changes,
+            stated => stated,
+        }
+    }
+
     /// Its data sheet.
     #[must_use]
     pub const fn data_sheet(self) -> &'static DataSheet {
@@ -410,6 +425,16 @@ mod tests {
         // Every field stands here, so that a new one must be empty too.
         let silent = DataSheet {
             document: sheet.document,
+            revisions: sheet.revisions,
+            chapters: sheet.chapters,
+            device: sheet.device,
+            standard: None,
+            chip: sheet.chip,
+            resolution: sheet.resolution,
+            range: sheet.range,
+            capacity: None,
+            code: None,
+            memory: sheet.memory,
             ident_code: 51,
             words: 2,
             refresh: None,
@@ -423,7 +448,12 @@ mod tests {
             mechanics: None,
             connectors: &[],
             next_device_jumper: None,
+            wiring: &[],
+            programming: sheet.programming,
             lamps: &[],
+            step_changes: &[],
+            check_list: &[],
+            safety: &[],
         };
         assert_eq!(*sheet, silent);
     }

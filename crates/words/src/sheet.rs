@@ -1,14 +1,39 @@
 //! The data sheets: what the manuals state of pins, lamps, supply, lines and mechanics, and nothing where a manual
 //! is silent [R12].
 
-use crate::ssi_frame::{CLOCK_HZ, CLOCK_HZ_LIMIT};
 use crate::time::Duration;
+
+mod entries;
+mod rules;
+
+pub use entries::PRESET_INPUT;
+pub(crate) use entries::{CE_65_M, CE_100_M, LA_66};
 
 /// What a manual states about its device. `None` where it says nothing; a sibling's figure is never filled in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataSheet {
     /// Number and date of the manual.
     pub document: &'static str,
+    /// Its editions, the oldest first [R159..R161].
+    pub revisions: &'static [Revision],
+    /// Where it states what belongs to a section.
+    pub chapters: &'static [(Section, &'static str)],
+    /// What the encoder is.
+    pub device: &'static str,
+    /// The standard that its bus follows [R11].
+    pub standard: Option<&'static str>,
+    /// What the protocol chip does [R6].
+    pub chip: Option<&'static str>,
+    /// Steps of the sensor, as the rating plate has them [R99, R100].
+    pub resolution: &'static str,
+    /// How far it measures [R49, R99, R100, C5].
+    pub range: &'static str,
+    /// How many bits it tells apart [R99, R100, C17].
+    pub capacity: Option<&'static str>,
+    /// Code of the position [R99, R100].
+    pub code: Option<&'static str>,
+    /// Where it keeps its parameters [R97, R98].
+    pub memory: Option<&'static str>,
     /// Ident code on the ring [R2].
     pub ident_code: u8,
     /// Words in each direction [R3].
@@ -35,8 +60,150 @@ pub struct DataSheet {
     pub connectors: &'static [Connector],
     /// The two pins that a plug must join so that the next device is found [R137, C33].
     pub next_device_jumper: Option<(&'static str, u8, u8)>,
-    /// Lamps: name, colour, meaning [R139, C34].
-    pub lamps: &'static [(&'static str, &'static str, &'static str)],
+    /// What else is said of the wiring [R130, R133, R137, R138].
+    pub wiring: &'static [&'static str],
+    /// What else is said of the services [R49, R53, R69, C4, C7, C8].
+    pub programming: &'static [&'static str],
+    /// Lamps [R139, C34].
+    pub lamps: &'static [Lamp],
+    /// Why the position steps although the shaft does not [R150..R153].
+    pub step_changes: &'static [StepChange],
+    /// What to look at before it is switched on [R145..R149].
+    pub check_list: &'static [Rule],
+    /// What whoever uses its position must know [R140..R144].
+    pub safety: &'static [Rule],
+}
+
+/// A part of a data sheet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Section {
+    /// What it is, and which manual says so.
+    Data,
+    /// Connectors and pins.
+    Pins,
+    /// Lamps and what they mean.
+    Lamps,
+    /// Services with their words and values.
+    Services,
+    /// Error status with remedies.
+    Status,
+    /// Faults with causes and remedies.
+    Faults,
+    /// What to look at before switching on.
+    Checklist,
+    /// What its position may be used for.
+    Safety,
+    /// Supply, climate, mechanics.
+    Limits,
+    /// Levels of inputs and outputs.
+    Levels,
+    /// The SSI output.
+    Ssi,
+}
+
+/// Every section, in the order of a data sheet.
+pub const SECTIONS: [Section; 11] = [
+    Section::Data,
+    Section::Pins,
+    Section::Lamps,
+    Section::Services,
+    Section::Status,
+    Section::Faults,
+    Section::Checklist,
+    Section::Safety,
+    Section::Limits,
+    Section::Levels,
+    Section::Ssi,
+];
+
+impl Section {
+    /// Its name on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Data => "data",
+            Self::Pins => "pins",
+            Self::Lamps => "lamps",
+            Self::Services => "services",
+            Self::Status => "status",
+            Self::Faults => "faults",
+            Self::Checklist => "checklist",
+            Self::Safety => "safety",
+            Self::Limits => "limits",
+            Self::Levels => "levels",
+            Self::Ssi => "ssi",
+        }
+    }
+
+    /// Its heading.
+    #[must_use]
+    pub const fn title(self) -> &'static str {
+        match self {
+            Self::Data => "Data sheet",
+            Self::Pins => "Pins",
+            Self::Lamps => "Lamps",
+            Self::Services => "Services",
+            Self::Status => "Error status",
+            Self::Faults => "Faults, causes and remedies",
+            Self::Checklist => "Check list before switching on",
+            Self::Safety => "Safety",
+            Self::Limits => "Limits",
+            Self::Levels => "Levels",
+            Self::Ssi => "SSI output",
+        }
+    }
+}
+
+impl DataSheet {
+    /// The chapters of the manual that state a section; `None` if it is silent.
+    #[must_use]
+    pub fn chapters(&self, section: Section) -> Option<&'static str> {
+        self.chapters.iter().find(|(of, _)| *of == section).map(|(_, chapters)| *chapters)
+    }
+}
+
+/// An edition of a manual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Revision {
+    /// Its index, where the manual gives one.
+    pub index: Option<&'static str>,
+    /// Its date, as the manual writes it.
+    pub date: &'static str,
+    /// What changed.
+    pub what: &'static str,
+}
+
+/// A lamp of an encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Lamp {
+    /// Its name.
+    pub name: &'static str,
+    /// Its colour.
+    pub colour: &'static str,
+    /// What the manual says of it.
+    pub stated: &'static str,
+    /// What it shows while it is on [C34, D38].
+    pub meaning: &'static str,
+}
+
+/// A cause of step changes, with what helps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StepChange {
+    /// Why the position steps.
+    pub cause: &'static str,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
+/// A rule of a manual.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rule {
+    /// The chapter of the manual.
+    pub chapter: &'static str,
+    /// What it is about.
+    pub about: &'static str,
+    /// The rule.
+    pub text: &'static str,
 }
 
 /// The supply of an encoder.
@@ -131,195 +298,3 @@ pub struct Connector {
     /// Signals by pin.
     pub pins: &'static [&'static str],
 }
-
-pub(crate) static LA_66: DataSheet = DataSheet {
-    document: "TR-ELA-TI-GB-0001-02, 04/04/2016",
-    ident_code: 51,
-    words: 2,
-    refresh: None,
-    kilobaud: None,
-    interface: None,
-    supply: None,
-    preset_input: None,
-    ssi: None,
-    signals: &[],
-    temperature: None,
-    mechanics: None,
-    connectors: &[],
-    next_device_jumper: None,
-    lamps: &[],
-};
-
-/// The levels of the CE-100 [R71], which are assumed of every other preset input too: the LA-66's manual gives none.
-pub const PRESET_INPUT: PresetInputLevels =
-    PresetInputLevels { low_below_mv: 8_000, high_above_mv: 11_000, max_mv: 30_000 };
-
-const RS422: &str = "two-wire remote bus, RS422, galvanically isolated";
-
-pub(crate) static CE_100_M: DataSheet = DataSheet {
-    document: "TR-ECE-TI-D-0001-03, 14.05.1996",
-    ident_code: 51,
-    words: 2,
-    refresh: Some(Duration::from_millis(1)),
-    kilobaud: Some((500, 300)),
-    interface: Some(RS422),
-    supply: Some(Supply { millivolts: (11_000, 27_000), ripple_percent: 5, milliamperes: None }),
-    preset_input: Some(PRESET_INPUT),
-    ssi: None,
-    signals: &[],
-    temperature: None,
-    mechanics: None,
-    connectors: &[
-        Connector {
-            name: "REMOTE IN, 9-pin SUB-D plug",
-            pins: &[
-                "DO1",
-                "DI1",
-                "ground 1",
-                "screen",
-                "5 V, for tests",
-                "DO1 inverted",
-                "DI1 inverted",
-                "",
-                "",
-            ],
-        },
-        Connector {
-            name: "REMOTE OUT, 9-pin SUB-D socket",
-            pins: &[
-                "DO2",
-                "DI2",
-                "ground 2",
-                "screen",
-                "5 V, for tests",
-                "DO2 inverted",
-                "DI2 inverted",
-                "",
-                "RBST (a further participant follows)",
-            ],
-        },
-        Connector {
-            name: "supply and switching inputs, 15-pin SUB-D plug",
-            pins: &[
-                "",
-                "",
-                "",
-                "",
-                "preset 1",
-                "preset 2",
-                "",
-                "",
-                "",
-                "",
-                "",
-                "screen",
-                "",
-                "US supply",
-                "0 V",
-            ],
-        },
-    ],
-    // The manual names no jumper; the bridge is the convention of other vendors' plugs [C33].
-    next_device_jumper: Some(("REMOTE OUT", 5, 9)),
-    lamps: &[],
-};
-
-pub(crate) static CE_65_M: DataSheet = DataSheet {
-    document: "TR-ECE-BA-GB-0007-03, 04/04/2016",
-    ident_code: 51,
-    words: 2,
-    refresh: Some(Duration::from_micros(500)),
-    kilobaud: Some((500, 300)),
-    interface: Some(RS422),
-    supply: Some(Supply { millivolts: (11_000, 27_000), ripple_percent: 5, milliamperes: Some((350, 150)) }),
-    preset_input: None,
-    ssi: Some(SsiSheet {
-        clock_hz: CLOCK_HZ,
-        clock_hz_limit: CLOCK_HZ_LIMIT,
-        clock_input: "optocoupler",
-        data_output: "RS422, two-wire",
-    }),
-    signals: &[
-        SignalLevels {
-            name: "US input",
-            low_below_mv: Some(2_000),
-            high_above_mv: Some(8_000),
-            max_mv: Some(35_000),
-            ohms: Some(5_000),
-            milliamperes: None,
-            remark: "",
-        },
-        SignalLevels {
-            name: "TTL input",
-            low_below_mv: Some(800),
-            high_above_mv: Some(2_000),
-            max_mv: Some(35_000),
-            ohms: Some(5_000),
-            milliamperes: None,
-            remark: "",
-        },
-        SignalLevels {
-            name: "TTL output",
-            low_below_mv: Some(800),
-            high_above_mv: Some(2_000),
-            max_mv: None,
-            ohms: None,
-            milliamperes: Some(40),
-            remark: "",
-        },
-        SignalLevels {
-            name: "opto input",
-            low_below_mv: None,
-            high_above_mv: None,
-            max_mv: None,
-            ohms: None,
-            milliamperes: None,
-            remark: "optocoupler for a cable transmitter or a differential TTL signal",
-        },
-    ],
-    temperature: Some(Temperatures { operating: (0, 60), storage: (-30, 80) }),
-    mechanics: Some(Mechanics {
-        speed_rpm: 6000,
-        acceleration_rad_s2: 10_000,
-        shaft_load_n: (40, 60),
-        bearing_life_revolutions: 39_000_000_000,
-        inertia_e9_kg_m2: 2_500,
-        starting_torque_ncm: 2,
-        vibration_m_s2: 100,
-        shock_m_s2: 1_000,
-    }),
-    connectors: &[
-        Connector {
-            name: "X1, MINI-COMBICON 6-pin, REMOTE IN",
-            pins: &[
-                "DO inverted",
-                "DO",
-                "DI inverted",
-                "DI",
-                "GNDI (predecessor)",
-                "opto input, negative SSI clock",
-            ],
-        },
-        Connector {
-            name: "X2, MINI-COMBICON 5-pin",
-            pins: &[
-                "opto input, positive SSI clock",
-                "TTL output, negative SSI data",
-                "TTL output, positive SSI data",
-                "0 V",
-                "US supply",
-            ],
-        },
-        Connector {
-            name: "X3, MINI-COMBICON 6-pin, REMOTE OUT",
-            pins: &["DO inverted", "DO", "DI inverted", "DI", "GND (successor)", "RBST inverted"],
-        },
-    ],
-    next_device_jumper: Some(("X3", 5, 6)),
-    lamps: &[
-        ("RD", "red", "the following bus interface is disconnected"),
-        ("RC", "green", "remote bus check: the incoming bus is connected and not in reset"),
-        ("U", "green", "supply voltage"),
-        ("BA", "green", "bus active: data cycles arrive"),
-    ],
-};

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::ByteField;
+use super::{ByteField, Legal};
 use crate::model::{Effect, SensorKind};
 use crate::parameter::{Code, CountingDirection, Direction, SsiValues};
 use crate::service::{Access, Service};
@@ -212,6 +212,51 @@ impl fmt::Display for ByteMeaning {
     }
 }
 
+/// The legal values of a service and what they mean; nothing for a service that takes none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Values {
+    /// The service.
+    pub service: Service,
+    /// Whose.
+    pub model: Model,
+}
+
+impl fmt::Display for Values {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { service, model } = *self;
+        match Legal::of(service, model) {
+            None => Ok(()),
+            Some(Legal::Bytes(bytes)) => bytes.iter().enumerate().try_for_each(|(at, byte)| {
+                f.write_str(if at == 0 { "" } else { "; " })?;
+                self.byte(*byte, f)
+            }),
+            Some(Legal::Whole { .. }) if service == Service::CountingDirection => {
+                let [rising, falling] = [Direction::Rising, Direction::Falling]
+                    .map(|direction| DirectionMeaning { direction, model });
+                write!(f, "0: {rising:#}; 1: {falling:#}")
+            }
+            Some(legal) => legal.fmt(f),
+        }
+    }
+}
+
+impl Values {
+    fn byte(&self, byte: ByteField, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { service, model } = *self;
+        let ByteField { byte: number, name, low, high } = byte;
+        let Some(name) = name else { return write!(f, "byte {number}: without meaning") };
+        let meaning = |value: u8| {
+            let data = u32::from(value) << (8 * u32::from(number));
+            ByteMeaning { service, byte, data, model }
+        };
+        write!(f, "byte {number}, {name}: ")?;
+        match (low, high) {
+            (0, 0xFF) => write!(f, "0 {}, 1h..FFh {}", meaning(0), meaning(1)),
+            _ => write!(f, "{low:X}h..{high:X}h ({low}..{high}); {AK40_BITS:X}h: {}", meaning(AK40_BITS)),
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     extern crate std;
@@ -250,6 +295,31 @@ mod tests {
         let seen = DirectionMeaning { direction: Direction::Rising, model: Model::Ce65M };
         assert_eq!(std::format!("{seen:#}"), "rising clockwise, looking at the shaft");
         assert_eq!(Meaning::of(Parameter::Numerator, Model::Ce65M, 1), None);
+    }
+
+    #[test]
+    fn the_values_of_a_service_stand_with_their_meaning() {
+        let values = |service, model| Values { service, model }.to_string();
+        assert_eq!(values(Service::MeasuringLength, Model::Ce65M), "10h..FFFFFFh (16..16777215)");
+        assert_eq!(
+            values(Service::CountingDirection, Model::La66),
+            "0: increasing towards the end of the rod; 1: decreasing towards the end of the rod"
+        );
+        assert_eq!(
+            values(Service::PresetAdjustment, Model::Ce65M),
+            "0..measuring length in steps (service 02)"
+        );
+        assert_eq!(
+            values(Service::CountingDirection, Model::Ce65M),
+            "byte 2: without meaning; byte 1, code: 0 binary, 1h..FFh Gray; byte 0, counting direction: 0 rising \
+             clockwise, looking at the shaft, 1h..FFh falling clockwise, looking at the shaft"
+        );
+        assert_eq!(
+            values(Service::SsiValues, Model::Ce65M),
+            "byte 2, repetition: 0 without, 1h..FFh with; byte 1, code: 0 binary, 1h..FFh Gray; byte 0, number of \
+             data bits: 8h..20h (8..32); 1Fh: 31, the AK-40 format (firmware from week 41/1997)"
+        );
+        assert_eq!(values(Service::DataCheck, Model::Ce65M), "");
     }
 
     #[test]

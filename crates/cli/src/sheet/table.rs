@@ -1,0 +1,199 @@
+//! A table as it is shown: for people, in Markdown, or as JSON objects.
+
+use std::fmt;
+
+use serde::Serialize;
+use serde::ser::{SerializeMap, SerializeSeq, Serializer};
+
+/// What stands where a manual says nothing.
+pub(super) const NOT_STATED: &str = "not stated";
+
+/// The widest line for people.
+const WIDTH: usize = 100;
+/// The widest column but the last.
+const COLUMN: usize = 36;
+/// The last column is never narrower.
+const LAST_COLUMN: usize = 30;
+const GAP: &str = "  ";
+
+/// Rows under named columns.
+pub(super) struct Table {
+    columns: &'static [&'static str],
+    rows: Vec<Vec<Cell>>,
+}
+
+/// What stands in a row under a column.
+pub(super) enum Cell {
+    Text(String),
+    Number(f64),
+    NotStated,
+    /// There is nothing to say.
+    Empty,
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+impl From<String> for Cell {
+    fn from(text: String) -> Self {
+        Self::Text(text)
+    }
+}
+
+impl From<u32> for Cell {
+    fn from(number: u32) -> Self {
+        Self::Number(number.into())
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl Cell {
+    /// What a manual may leave out.
+    pub(super) fn stated<T: Into<Self>>(said: Option<T>) -> Self {
+        said.map_or(Self::NotStated, Into::into)
+    }
+
+    /// What need not be.
+    pub(super) fn any<T: Into<Self>>(said: Option<T>) -> Self {
+        said.map_or(Self::Empty, Into::into)
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Text(text) => f.write_str(text),
+            // Such as 39000000000.
+            Self::Number(number) if *number >= 1e9 => write!(f, "{number:e}"),
+            Self::Number(number) => number.fmt(f),
+            Self::NotStated => f.write_str(NOT_STATED),
+            Self::Empty => Ok(()),
+        }
+    }
+}
+
+impl Serialize for Cell {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Text(text) => serializer.serialize_str(text),
+            Self::Number(number) if number.fract() == 0.0 => serializer.serialize_u64(*number as u64),
+            Self::Number(number) => serializer.serialize_f64(*number),
+            Self::NotStated | Self::Empty => serializer.serialize_none(),
+        }
+    }
+}
+
+/// A row of a table as an object.
+struct Row<'a>(&'a [&'static str], &'a [Cell]);
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (column, cell) in self.0.iter().zip(self.1) {
+            map.serialize_entry(column, cell)?;
+        }
+        map.end()
+    }
+}
+
+impl Serialize for Table {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut rows = serializer.serialize_seq(Some(self.rows.len()))?;
+        for row in &self.rows {
+            rows.serialize_element(&Row(self.columns, row))?;
+        }
+        rows.end()
+    }
+}
+
+impl Table {
+    pub(super) const fn new(columns: &'static [&'static str], rows: Vec<Vec<Cell>>) -> Self {
+        Self { columns, rows }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    pub(super) fn markdown(&self) -> String {
+        let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
+        let mut text = line(self.columns.iter().map(|column| (*column).to_owned()).collect());
+        text.push_str(&line(self.columns.iter().map(|_| "---".to_owned()).collect()));
+        for row in &self.rows {
+            text.push_str(&line(row.iter().map(|cell| cell.to_string().replace('|', "\\|")).collect()));
+        }
+        text
+    }
+
+    fn widths(&self) -> Vec<usize> {
+        let last = self.columns.len().saturating_sub(1);
+        let mut left = WIDTH;
+        let mut widths = Vec::new();
+        for (at, column) in self.columns.iter().enumerate() {
+            let cells = self.rows.iter().filter_map(|row| row.get(at)).map(|cell| cell.to_string().len());
+            let widest = cells.chain([column.len()]).max().unwrap_or(0);
+            let width = if at == last { widest.min(left.max(LAST_COLUMN)) } else { widest.min(COLUMN) };
+            left = left.saturating_sub(width + GAP.len());
+            widths.push(width);
+        }
+        widths
+    }
+}
+
+/// A text in lines of at most `width`, but for a word that is longer.
+pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.len() + 1 + word.len() <= width => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines
+}
+
+/// A paragraph for people.
+pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, text: &str) -> fmt::Result {
+    wrapped(text, WIDTH).iter().try_for_each(|line| writeln!(f, "{line}"))
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let widths = self.widths();
+        let mut row = |cells: Vec<String>| {
+            let cells: Vec<Vec<String>> =
+                cells.iter().zip(&widths).map(|(cell, width)| wrapped(cell, *width)).collect();
+            let height = cells.iter().map(Vec::len).max().unwrap_or(0);
+            (0..height).try_for_each(|at| {
+                let mut line = String::new();
+                for (cell, width) in cells.iter().zip(&widths) {
+                    let part = cell.get(at).map_or("", String::as_str);
+                    line.push_str(&format!("{part:<width$}{GAP}"));
+                }
+                writeln!(f, "{}", line.trim_end())
+            })
+        };
+        row(self.columns.iter().map(|column| (*column).to_owned()).collect())?;
+        let mut last = String::new();
+        self.rows.iter().try_for_each(|cells| {
+            let mut cells: Vec<String> = cells.iter().map(Cell::to_string).collect();
+            // What stands at the left of several rows stands there once.
+            if let Some(first) = cells.first_mut() {
+                if *first == last { first.clear() } else { last.clone_from(first) }
+            }
+            row(cells)
+        })
+    }
+}
