@@ -12,6 +12,7 @@ use encoring_words::{Model, Parameter, Service};
 pub(crate) mod bus;
 pub(crate) mod fault;
 mod groups;
+pub(crate) mod positions;
 pub(crate) mod range;
 
 pub(crate) use encoring_sim::span::read as span;

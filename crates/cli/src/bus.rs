@@ -136,12 +136,20 @@ impl Encoder {
             self.at.ok_or_else(|| bad_input("--at POSITION is missing; positions count from 0"))?;
         let opened = self.ring.open(Speed::Max)?;
         let patience = patience(self.patience, opened.timeout)?;
-        let target = self.target(&opened, position, patience)?;
+        let target = self.label.target(&opened, position, patience)?;
         Ok((opened, target))
     }
+}
 
-    fn target(&self, opened: &Opened, position: usize, patience: Duration) -> Result<Target, Failure> {
-        let TypeLabel { model, native: given } = self.label;
+impl TypeLabel {
+    /// The encoder at a position, as the ring knows it, or as this label says.
+    pub(crate) fn target(
+        self,
+        opened: &Opened,
+        position: usize,
+        patience: Duration,
+    ) -> Result<Target, Failure> {
+        let Self { model, native: given } = self;
         let (model, native, source) = match opened.unit(position)? {
             Some(unit) => {
                 let native = match unit.sensor() {
@@ -216,6 +224,11 @@ impl Opened {
     /// The mark that Ctrl-C sets.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         self.interrupt.stop()
+    }
+
+    /// Whether the user has wanted to stop.
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupt.is_interrupted()
     }
 
     /// Host and port, or the device.

@@ -56,12 +56,19 @@ pub(crate) struct Interrupt {
     stop: Arc<AtomicBool>,
     left: Arc<Mutex<Option<(usize, LeftBit)>>>,
     only_looks: Arc<AtomicBool>,
+    /// A signal has come; whoever acts on [`Interrupt::stop`] takes that mark back.
+    came: Arc<AtomicBool>,
 }
 
 impl Interrupt {
     /// Takes the signals of this process.
     pub(crate) fn new() -> Result<Self, Failure> {
-        let interrupt = Self { stop: Arc::default(), left: Arc::default(), only_looks: Arc::default() };
+        let interrupt = Self {
+            stop: Arc::default(),
+            left: Arc::default(),
+            only_looks: Arc::default(),
+            came: Arc::default(),
+        };
         let (mine, signals) = (interrupt.clone(), AtomicU32::new(0));
         ctrlc::set_handler(move || mine.signalled(signals.fetch_add(1, Ordering::Relaxed) + 1))
             .map_err(|cause| Failure::Output(io::Error::other(cause)))?;
@@ -71,6 +78,11 @@ impl Interrupt {
     /// The mark.
     pub(crate) fn stop(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.stop)
+    }
+
+    /// Whether a signal has come.
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.came.load(Ordering::Relaxed)
     }
 
     /// The command leaves nothing behind that must be put in order, so it may end while it waits for its reader.
@@ -85,6 +97,7 @@ impl Interrupt {
 
     #[expect(clippy::disallowed_methods, reason = "nothing ends this wait but the end of the command")]
     fn signalled(&self, signals: u32) {
+        self.came.store(true, Ordering::Relaxed);
         self.stop.store(true, Ordering::Relaxed);
         if ASKING.load(Ordering::Relaxed) {
             self.end(

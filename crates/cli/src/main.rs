@@ -4,6 +4,7 @@
 
 mod arguments;
 mod ask;
+mod backup;
 mod bus;
 mod calc;
 mod calculation;
@@ -62,6 +63,7 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
+    Backup backup,
     Watch watch, Log log, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use encoring_workshop::ParameterFile;
+use encoring_workshop::{KeptEncoder, ParameterFile};
 
 use crate::arguments::bus::Target;
 use crate::arguments::range::{Range, Wanted, wanted};
@@ -41,11 +41,13 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let file = match (&arguments.file, &arguments.range) {
         (Some(path), None) => {
             let file = ParameterFile::read(path).map_err(bad_input)?;
-            if file.values.is_empty() {
+            let at = arguments.how.encoder.at;
+            let kept = file.at(at).map_err(|problem| bad_input(format!("{}: {problem}", path.display())))?;
+            if kept.values.is_empty() {
                 let path = path.display();
                 return Err(bad_input(format!("{path}: no value in [parameters], so nothing to program")));
             }
-            Some(file)
+            Some(kept.clone())
         }
         (None, Some(_)) => None,
         (Some(_), Some(_)) => return Err(bad_input("give --file or a range, not both")),
@@ -63,11 +65,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 /// The values of a file, if it is one of this encoder.
-fn of_file(file: ParameterFile, target: Target) -> Result<Wanted, Failure> {
+fn of_file(file: KeptEncoder, target: Target) -> Result<Wanted, Failure> {
     if file.model != target.model {
         return Err(bad_input(format!("the file is of a {}, the encoder a {}", file.model, target.model)));
     }
-    match (file.native, target.native) {
+    match (file.label.native, target.native) {
         (Some(file), Some(own)) if file != own => Err(bad_input(format!(
             "the file is of an encoder with {file} steps per turn, this one has {own}"
         ))),

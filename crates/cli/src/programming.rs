@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use clap::Args;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Prepared, Program, Stopped};
-use encoring_workshop::backup::{BackupOrigin, keep};
+use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::range::Wanted;
@@ -129,7 +129,8 @@ impl Programming<'_> {
             BackupOrigin { at: SystemTime::now(), bus: &opened.address, position, shown: prepared.shown() };
         let path = path.cloned().unwrap_or_else(|| taken.file_name(model));
         let rows = prepared.rows().map(|row| (row.parameter, row.before));
-        keep(&taken.backup(model, native, rows), &path).map_err(|error| {
+        let label = UnitLabel { native, ..UnitLabel::default() };
+        keep(&taken.backup(model, label, rows).into(), &path).map_err(|error| {
             bad_input(format!("the old values cannot be kept, so nothing was written: {error}"))
         })?;
         Ok(path.display().to_string())

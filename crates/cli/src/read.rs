@@ -6,10 +6,9 @@ use clap::Args;
 use encoring_bus::master::MasterError;
 use encoring_host::Services;
 use encoring_host::preset::code;
-use encoring_host::service::read;
-use encoring_words::explain::Meaning;
-use encoring_words::{Model, Parameter};
-use encoring_workshop::parameter_file::parameters_of;
+use encoring_words::Parameter;
+use encoring_workshop::reading::{ReadParameter, read_each};
+use encoring_workshop::values::parameters_of;
 use serde::Serialize;
 
 use crate::arguments::Output;
@@ -17,7 +16,7 @@ use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
 use crate::bus::Deed;
 use crate::output::{Answer, Failure};
-use crate::told::{Failed, FailureView, Shown, TargetView};
+use crate::told::{Failed, FailureView, ParameterView, Shown, TargetView};
 
 /// Read what is programmed in an encoder
 ///
@@ -50,41 +49,6 @@ struct ReadView {
     /// Reads that the encoder refused.
     failures: Vec<FailureView>,
     shown: Shown,
-}
-
-/// One value.
-#[derive(Serialize)]
-pub(crate) struct ParameterView {
-    pub(crate) service: String,
-    pub(crate) name: &'static str,
-    /// `None` if it could not be told from the 0 of a record that cannot be read.
-    pub(crate) value: Option<u32>,
-    pub(crate) value_hex: Option<String>,
-    pub(crate) meaning: Option<String>,
-}
-
-impl ParameterView {
-    pub(crate) fn new(parameter: Parameter, model: Model, value: Option<u32>) -> Self {
-        Self {
-            service: format!("{:02X}", parameter.service().number()),
-            name: parameter.key(),
-            value,
-            value_hex: value.map(|value| format!("{value:06X}")),
-            meaning: value
-                .and_then(|value| Meaning::of(parameter, model, value))
-                .map(|meaning| meaning.to_string()),
-        }
-    }
-}
-
-impl fmt::Display for ParameterView {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let value = self.value.map_or_else(|| "?".to_owned(), |value| value.to_string());
-        let hex = self.value_hex.as_deref().unwrap_or("");
-        let meaning = self.meaning.as_deref().unwrap_or("");
-        let line = format!("{:<7}  {:<18}  {value:>8}  {hex:>6}  {meaning}", self.service, self.name);
-        f.write_str(line.trim_end())
-    }
 }
 
 impl ReadView {
@@ -141,19 +105,11 @@ fn look<S: Services<Error = MasterError>>(
     target: Target,
     wanted: &[Parameter],
 ) -> Result<ReadView, Failed> {
-    let (mut parameters, mut failures) = (Vec::new(), Vec::new());
-    for parameter in wanted {
-        // One record that cannot be read leaves the others readable.
-        let value = match read(services, target.model, *parameter) {
-            Ok(value) => value.sure(),
-            Err(failed @ Failed::Refused(_)) => {
-                failures.push(FailureView::new(&failed, target, None));
-                None
-            }
-            Err(failed) => return Err(failed),
-        };
-        parameters.push(ParameterView::new(*parameter, target.model, value));
-    }
+    let read = read_each(services, target.model, wanted.iter().copied())?;
+    let view = |read: &ReadParameter<_>| ParameterView::new(read.parameter, target.model, read.value);
+    let parameters = read.iter().map(view).collect();
+    let refused = read.iter().filter_map(|read| read.refused.as_ref());
+    let failures = refused.map(|failed| FailureView::new(failed, target, None)).collect();
     let code = code(services, target.model).ok();
     let shown = Shown::new(services.look().map_err(Failed::Bus)?, code);
     Ok(ReadView { target: TargetView::new(target), parameters, failures, shown })

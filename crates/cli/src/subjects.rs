@@ -7,11 +7,12 @@ use encoring_bus::Judge;
 use encoring_bus::watch::Subject;
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, Model, Parameter};
-use encoring_workshop::ParameterFile;
+use encoring_workshop::{KeptEncoder, ParameterFile};
 
 use crate::arguments;
 use crate::arguments::built_with;
 use crate::arguments::bus::BusArguments;
+use crate::arguments::positions::{Positions, positions};
 use crate::arguments::span;
 use crate::bus::Opened;
 use crate::output::{Failure, bad_input};
@@ -38,38 +39,12 @@ pub(crate) struct SubjectArguments {
     stale_after: Duration,
 }
 
-/// Ring positions, each once.
-#[derive(Clone, Debug, PartialEq, Eq)]
-struct Positions(Vec<usize>);
-
-fn positions(text: &str) -> Result<Positions, String> {
-    let number =
-        |text: &str| arguments::position(text).map_err(|wrong| format!("{wrong}; write 2 or 0,2 or 0-2"));
-    let mut positions = Vec::new();
-    for part in text.split(',') {
-        let (first, last) = match part.split_once('-') {
-            Some((first, last)) => (number(first)?, number(last)?),
-            None => (number(part)?, number(part)?),
-        };
-        if first > last {
-            return Err(format!("{part}: the first position is the greater one"));
-        }
-        for position in first..=last {
-            if positions.contains(&position) {
-                return Err(format!("position {position} is there twice"));
-            }
-            positions.push(position);
-        }
-    }
-    Ok(Positions(positions))
-}
-
 /// An encoder as it was asked for.
 struct Asked {
     position: usize,
     model: Option<Model>,
     native: Option<u32>,
-    file: Option<(String, ParameterFile)>,
+    file: Option<(String, KeptEncoder)>,
 }
 
 impl SubjectArguments {
@@ -147,7 +122,9 @@ impl SubjectArguments {
                 )));
             }
             let file = ParameterFile::read(Path::new(name)).map_err(bad_input)?;
-            place.file = Some((name.to_owned(), file));
+            let kept =
+                file.at(Some(place.position)).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
+            place.file = Some((name.to_owned(), kept.clone()));
         }
         Ok(asked)
     }
@@ -180,7 +157,7 @@ impl SubjectArguments {
             let problem = format!("{name}: the file is not for the {model} at position {position}");
             return Err(bad_input(problem));
         }
-        let native = native.or(file.as_ref().and_then(|(_, file)| file.native));
+        let native = native.or(file.as_ref().and_then(|(_, file)| file.label.native));
         // One number may be meant for all, rods among them.
         let sensor = match (model.steps_per_turn(), native) {
             ([], _) | ([_, _, ..], None) => None,
@@ -192,25 +169,5 @@ impl SubjectArguments {
         let judge = Judge::new(model, sensor, &values, self.stale_after)
             .map_err(|error| bad_input(format!("{name}: {error}")))?;
         Ok(Subject { position, judge })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn positions_are_single_or_from_to() {
-        for (text, found) in
-            [("2", vec![2]), ("0,2", vec![0, 2]), ("0-2", vec![0, 1, 2]), ("3,0-1", vec![3, 0, 1])]
-        {
-            assert_eq!(positions(text), Ok(Positions(found)), "{text}");
-        }
-        assert_eq!(positions("0-127").unwrap().0.len(), 128);
-        for wrong in
-            ["", "-", "1-", "-1", "a", "2-1", "0,0", "0-2,1", "0,", "+1", "70000", "0-128", "0-65535"]
-        {
-            assert!(positions(wrong).is_err(), "{wrong}");
-        }
     }
 }

@@ -9,11 +9,12 @@ use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
 use encoring_host::session::{Fate, TimedOut, WaitedFor};
+use encoring_words::explain::Meaning;
 use encoring_words::model::MODELS;
 use encoring_words::parameter::Code;
 use encoring_words::status::StatusBit;
 use encoring_words::word::In;
-use encoring_words::{Access, ErrorStatus, InWord, Model};
+use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};
 use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
@@ -73,6 +74,41 @@ impl fmt::Display for Shown {
         }
         write!(f, " ({})", self.word)?;
         if self.error_bit { f.write_str(", an error is pending") } else { Ok(()) }
+    }
+}
+
+/// The value of a parameter.
+#[derive(Serialize)]
+pub(crate) struct ParameterView {
+    pub(crate) service: String,
+    pub(crate) name: &'static str,
+    /// `None` if it could not be told from the 0 of a record that cannot be read.
+    pub(crate) value: Option<u32>,
+    pub(crate) value_hex: Option<String>,
+    pub(crate) meaning: Option<String>,
+}
+
+impl ParameterView {
+    pub(crate) fn new(parameter: Parameter, model: Model, value: Option<u32>) -> Self {
+        Self {
+            service: format!("{:02X}", parameter.service().number()),
+            name: parameter.key(),
+            value,
+            value_hex: value.map(|value| format!("{value:06X}")),
+            meaning: value
+                .and_then(|value| Meaning::of(parameter, model, value))
+                .map(|meaning| meaning.to_string()),
+        }
+    }
+}
+
+impl fmt::Display for ParameterView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let value = self.value.map_or_else(|| "?".to_owned(), |value| value.to_string());
+        let hex = self.value_hex.as_deref().unwrap_or("");
+        let meaning = self.meaning.as_deref().unwrap_or("");
+        let line = format!("{:<7}  {:<18}  {value:>8}  {hex:>6}  {meaning}", self.service, self.name);
+        f.write_str(line.trim_end())
     }
 }
 

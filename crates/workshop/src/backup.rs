@@ -5,6 +5,7 @@ use std::time::SystemTime;
 
 use encoring_words::{InWord, Model, Parameter};
 
+use crate::kept::{KeptEncoder, TakenFrom, UnitLabel};
 use crate::parameter_file::{ParameterFile, ParameterFileError};
 
 /// When and where a backup was made.
@@ -42,32 +43,34 @@ impl BackupOrigin<'_> {
         PathBuf::from(name.replace(':', ""))
     }
 
-    /// The backup. `None` stands for a value that could not be read: it is named in a remark.
+    /// The backup. `None` stands for a value that could not be read.
     pub fn backup(
         &self,
         model: Model,
-        native: Option<u32>,
+        label: UnitLabel,
         values: impl IntoIterator<Item = (Parameter, Option<u32>)>,
-    ) -> ParameterFile {
+    ) -> KeptEncoder {
         let shown = self.shown.map_or_else(|| "no word".to_owned(), |word| word.to_string());
-        let mut file = ParameterFile {
-            model,
-            native,
-            remarks: vec![
-                format!("as it was before it was programmed, {}", self.time()),
-                format!("{}, position {}", self.bus, self.position),
-                format!("IN showed {shown}"),
-                "the offset of a preset adjustment is not here: no service reads it".to_owned(),
-            ],
-            values: Vec::new(),
+        let mut taken = TakenFrom {
+            at: self.time(),
+            bus: self.bus.to_owned(),
+            position: self.position,
+            unreadable: Vec::new(),
         };
+        let mut kept = KeptEncoder { label, ..KeptEncoder::new(model) };
+        kept.remarks = vec![
+            format!("IN showed {shown}"),
+            "programmed values: whether the position is computed with them cannot be read".to_owned(),
+            "the offset of a preset adjustment is not here: no service reads it".to_owned(),
+        ];
         for (parameter, value) in values {
             match value {
-                Some(value) => file.values.push((parameter, value)),
-                None => file.remarks.push(format!("{} could not be read", parameter.key())),
+                Some(value) => kept.values.push((parameter, value)),
+                None => taken.unreadable.push(parameter),
             }
         }
-        file
+        kept.taken = Some(taken);
+        kept
     }
 }
 
@@ -79,38 +82,48 @@ pub fn keep(backup: &ParameterFile, path: &Path) -> Result<BackupKept, Parameter
     match backup.write_new(path) {
         Ok(()) => Ok(BackupKept::Written),
         Err(error) => match ParameterFile::read(path) {
-            Ok(there) if same(&there, backup) => Ok(BackupKept::AlreadyThere),
+            Ok(there) if holds(&there, backup) => Ok(BackupKept::AlreadyThere),
             _ => Err(error),
         },
     }
 }
 
-fn same(one: &ParameterFile, other: &ParameterFile) -> bool {
-    (one.model, one.native, &one.values) == (other.model, other.native, &other.values)
+fn holds(there: &ParameterFile, backup: &ParameterFile) -> bool {
+    let (there, backup) = (&there.encoders, &backup.encoders);
+    there.len() == backup.len() && there.iter().zip(backup).all(|(there, backup)| there.holds(backup))
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
+    use crate::values::parameters_of;
     use std::fs;
 
     const ORIGIN: BackupOrigin<'_> =
         BackupOrigin { at: SystemTime::UNIX_EPOCH, bus: "sim", position: 2, shown: Some(InWord(0x181)) };
 
     fn backup(length: u32) -> ParameterFile {
-        let values = [(Parameter::MeasuringLength, Some(length)), (Parameter::Numerator, None)];
-        ORIGIN.backup(Model::Ce65M, Some(4096), values)
+        let values = parameters_of(Model::Ce65M)
+            .map(|parameter| (parameter, (parameter != Parameter::Numerator).then_some(length)));
+        let label = UnitLabel { native: Some(4096), ..UnitLabel::default() };
+        let mut kept = ORIGIN.backup(Model::Ce65M, label, values);
+        kept.values.retain(|(parameter, _)| *parameter == Parameter::MeasuringLength);
+        kept.values.extend([(Parameter::CountingDirection, 0), (Parameter::Denominator, 1)]);
+        kept.values.push((Parameter::SsiValues, 24));
+        kept.values.sort_by_key(|(parameter, _)| *parameter);
+        kept.into()
     }
 
     #[test]
     fn a_backup_says_when_where_and_what_is_missing() {
         let text = backup(9_999).text();
         for line in [
-            "# as it was before it was programmed, 1970-01-01T00:00:00Z",
-            "# sim, position 2",
             "# IN showed 00000181",
-            "# numerator could not be read",
+            "at = \"1970-01-01T00:00:00Z\"",
+            "bus = \"sim\"",
+            "position = 2",
+            "unreadable = [\"numerator\"]",
             "measuring_length = 9999",
         ] {
             assert!(text.lines().any(|there| there.starts_with(line)), "{line}\n{text}");

@@ -1,8 +1,10 @@
-//! The parameters of an encoder in a file.
+//! The parameters of an encoder in a file, or those of several.
 //!
 //! ```toml
 //! version = 1
 //! model = "ce-65-m"
+//!
+//! [unit]
 //! native = 4096
 //!
 //! [parameters]
@@ -11,32 +13,26 @@
 //! denominator = 1
 //! ```
 //!
-//! What is not in the file stays as it is when the file is programmed.
+//! What is not in the file stays as it is when the file is programmed. A backup has further tables: `[taken]`,
+//! `[[mark]]`. Of several encoders each is an `[[encoder]]` with the same tables below it.
 
 use std::io::{self, Write};
 use std::path::Path;
 
 use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{Replacement, read_text};
-use encoring_words::model::Sensor;
-use encoring_words::parameter::{PARAMETERS, Parameter};
-use encoring_words::{Model, word};
 use serde::Deserialize;
 
-/// The largest parameter file, in bytes; a whole one has some 500.
-pub const FILE_BYTES_MAX: u64 = 64 * 1024;
+use crate::kept::{EncoderTable, KeptEncoder, MarkTable, TakenTable, UnitTable, rated};
 
-/// Parameters of one encoder.
+/// The largest parameter file, in bytes; that of a whole ring has some 100 000.
+pub const FILE_BYTES_MAX: u64 = 1024 * 1024;
+
+/// A file with what is kept of encoders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParameterFile {
-    /// Which encoder.
-    pub model: Model,
-    /// Steps per turn on the rating plate, if they are known.
-    pub native: Option<u32>,
-    /// What else whoever reads the file should know: each a comment line of its own.
-    pub remarks: Vec<String>,
-    /// The values, in the order of the services.
-    pub values: Vec<(Parameter, u32)>,
+    /// Each of them; at least one.
+    pub encoders: Vec<KeptEncoder>,
 }
 
 /// A file that holds no parameters, or cannot be written.
@@ -54,11 +50,22 @@ pub struct ParameterFileError {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FileTable {
-    version: i64,
-    model: String,
+    /// Looked at before all else.
+    #[serde(rename = "version")]
+    _version: i64,
+    /// How many encoders the file holds, so that one that was cut off is seen.
+    encoders: Option<usize>,
+    model: Option<String>,
+    /// Where it stood before there was `[unit]`.
     native: Option<u32>,
     #[serde(default)]
-    parameters: toml::Table,
+    unit: UnitTable,
+    taken: Option<TakenTable>,
+    #[serde(default)]
+    mark: Vec<MarkTable>,
+    parameters: Option<toml::Table>,
+    #[serde(default)]
+    encoder: Vec<EncoderTable>,
 }
 
 impl ParameterFile {
@@ -74,55 +81,89 @@ impl ParameterFile {
         }
     }
 
-    /// Reads a text. The values are numbers of 24 bits for parameters that the model has; whether they are in their
-    /// range is for whoever programs them.
+    /// Reads a text. Each value is one that the encoder takes, and that the model has; whether it takes them together
+    /// is for whoever programs them.
     ///
     /// # Errors
     /// [`ParameterFileError`] naming the place.
     pub fn parse(file: &str, text: &str) -> Result<Self, ParameterFileError> {
-        let read =
-            toml_text::parse(text).and_then(|table| Self::of(&table).map_err(|wrong| wrong.in_text(text)));
+        let read = version(text)
+            .and_then(|()| toml_text::parse::<FileTable>(text))
+            .and_then(|table| Self::of(table).map_err(|wrong| wrong.in_text(text)));
         read.map_err(|Misfit { line, problem }| ParameterFileError { file: file.to_owned(), line, problem })
     }
 
-    fn of(table: &FileTable) -> Result<Self, Wrong> {
-        if table.version != 1 {
-            let problem = format!("version {}; this program reads version 1", table.version);
-            return Err(Wrong::at("version", problem));
+    fn of(table: FileTable) -> Result<Self, Wrong> {
+        let FileTable { _version, encoders, model, native, mut unit, taken, mark, parameters, encoder } =
+            table;
+        if let Some(native) = native {
+            if unit.native.is_some_and(|other| other != native) {
+                return Err(Wrong::at("native", "native stands here and in [unit], and they differ"));
+            }
+            if let Some(Ok(model)) = model.as_deref().map(str::parse) {
+                rated(model, native)?;
+            }
+            unit.native = Some(native);
         }
-        let model: Model = table
-            .model
-            .parse()
-            .map_err(|cause| Wrong::at("model", format!("model {:?}: {cause}", table.model)))?;
-        if let Some(native) = table.native {
-            model
-                .built_with(Sensor::Rotary { steps_per_turn: native })
-                .map_err(|wrong| Wrong::at("native", format!("native: {wrong}")))?;
+        if encoder.is_empty() && encoders.is_none() {
+            let table = EncoderTable { model, unit, taken, mark, parameters };
+            return Ok(Self { encoders: vec![KeptEncoder::of(&table)?] });
         }
-        let values = table.parameters.iter().map(|(name, value)| {
-            value_of(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
+        if model.is_some() || taken.is_some() || !mark.is_empty() || parameters.is_some() {
+            return Err(Wrong::at("encoder", "a file holds one encoder, or [[encoder]] tables, not both"));
+        }
+        if let Some(encoders) = encoders.filter(|encoders| *encoders != encoder.len()) {
+            let problem =
+                format!("encoders = {encoders}, and {} are in the file: it was cut off", encoder.len());
+            return Err(Wrong::at("encoders", problem));
+        }
+        let kept = encoder.iter().enumerate().map(|(k, table)| {
+            let kept = match &table.parameters {
+                Some(_) => KeptEncoder::of(table),
+                None => Err(Wrong::new("the table [encoder.parameters] is missing: the file was cut off")),
+            };
+            kept.map_err(|wrong| wrong.inside_item(k).inside("encoder"))
         });
-        let mut values = values.collect::<Result<Vec<_>, _>>()?;
-        values.sort_by_key(|(parameter, _)| *parameter);
-        Ok(Self { model, native: table.native, remarks: Vec::new(), values })
+        Ok(Self { encoders: kept.collect::<Result<_, _>>()? })
+    }
+
+    /// The encoder that is meant by a ring position: the only one, or that which was at this position.
+    ///
+    /// # Errors
+    /// The positions that the file holds.
+    pub fn at(&self, position: Option<usize>) -> Result<&KeptEncoder, String> {
+        if let [only] = self.encoders.as_slice() {
+            return Ok(only);
+        }
+        let place = |kept: &KeptEncoder| kept.taken.as_ref().map(|taken| taken.position);
+        let found = self.encoders.iter().find(|kept| position.is_some() && place(kept) == position);
+        found.ok_or_else(|| {
+            let places: Vec<_> =
+                self.encoders.iter().filter_map(place).map(|place| place.to_string()).collect();
+            let problem = match position {
+                Some(position) => format!("position {position} is not in the file"),
+                None => "which one? --at POSITION tells".to_owned(),
+            };
+            format!("{problem}; it holds the encoders at {}", places.join(", "))
+        })
     }
 
     /// The file's text.
     #[must_use]
     pub fn text(&self) -> String {
         let mut text = String::new();
-        for remark in &self.remarks {
-            // A line break in a remark would begin something else.
-            text += &format!("# {}\n", remark.replace(['\n', '\r'], " "));
+        if let [only] = self.encoders.as_slice() {
+            only.write_remarks(&mut text);
+            text += "version = 1\n";
+            only.write(&mut text, "");
+            return text;
         }
-        text += &format!("version = 1\nmodel = \"{}\"\n", self.model);
-        if let Some(native) = self.native {
-            text += &format!("native = {native}\n");
-        }
-        text += "\n[parameters]\n";
-        for (parameter, value) in &self.values {
-            text +=
-                &format!("{} = {value}    # service {:02X}\n", parameter.key(), parameter.service().number());
+        text += &format!("version = 1\nencoders = {}\n", self.encoders.len());
+        for kept in &self.encoders {
+            text += "\n";
+            kept.write_remarks(&mut text);
+            text += "[[encoder]]\n";
+            kept.write(&mut text, "encoder.");
         }
         text
     }
@@ -132,10 +173,26 @@ impl ParameterFile {
     /// # Errors
     /// [`ParameterFileError`].
     pub fn write_new(&self, path: &Path) -> Result<(), ParameterFileError> {
+        self.write(path, Replacement::keep_new)
+    }
+
+    /// Writes the file in the place of one that is there.
+    ///
+    /// # Errors
+    /// [`ParameterFileError`].
+    pub fn replace(&self, path: &Path) -> Result<(), ParameterFileError> {
+        self.write(path, Replacement::replace)
+    }
+
+    fn write(
+        &self,
+        path: &Path,
+        end: impl FnOnce(Replacement) -> io::Result<()>,
+    ) -> Result<(), ParameterFileError> {
         let written = || -> io::Result<()> {
             let mut new = Replacement::begin(path)?;
             new.write_all(self.text().as_bytes())?;
-            new.keep_new()
+            end(new)
         };
         written().map_err(|cause| ParameterFileError {
             file: path.display().to_string(),
@@ -148,27 +205,31 @@ impl ParameterFile {
     }
 }
 
-fn value_of(model: Model, name: &str, value: &toml::Value) -> Result<(Parameter, u32), String> {
-    let Some(parameter) = parameters_of(model).find(|parameter| parameter.key() == name) else {
-        let names: Vec<_> = parameters_of(model).map(Parameter::key).collect();
-        return Err(format!("{name:?} is no parameter of a {model}; it has {}", names.join(", ")));
-    };
-    let number = value.as_integer().and_then(|value| u32::try_from(value).ok());
-    match number.filter(|value| *value <= word::DATA_MAX) {
-        Some(number) => Ok((parameter, number)),
-        None => Err(format!("{name} = {value}; it must be a whole number from 0 to {}", word::DATA_MAX)),
+impl From<KeptEncoder> for ParameterFile {
+    fn from(kept: KeptEncoder) -> Self {
+        Self { encoders: vec![kept] }
     }
 }
 
-/// The parameters that a model has, in the order of the services.
-pub fn parameters_of(model: Model) -> impl Iterator<Item = Parameter> {
-    PARAMETERS.into_iter().filter(move |parameter| parameter.service().known_to(model))
+/// Refuses another version before what this one does not know.
+fn version(text: &str) -> Result<(), Misfit> {
+    let table: toml::Table = toml_text::parse(text)?;
+    match table.get("version") {
+        Some(version) if version.as_integer() != Some(1) => {
+            let problem = format!("version {version}; this program reads version 1");
+            Err(Wrong::at("version", problem).in_text(text))
+        }
+        _ => Ok(()),
+    }
 }
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
+    use crate::kept::{MachineMark, TakenFrom, UnitLabel};
+    use crate::values::parameters_of;
+    use encoring_words::{Model, Parameter, word};
     use proptest::prelude::*;
     use std::fs;
 
@@ -176,29 +237,138 @@ mod tests {
         ParameterFile::parse("p.toml", text).unwrap_err().to_string()
     }
 
+    fn of_one(model: Model, values: Vec<(Parameter, u32)>) -> KeptEncoder {
+        KeptEncoder { values, ..KeptEncoder::new(model) }
+    }
+
+    /// Everything that can be kept of an encoder.
+    fn full(position: usize) -> KeptEncoder {
+        let values = vec![
+            (Parameter::CountingDirection, 1),
+            (Parameter::MeasuringLength, 9_999),
+            (Parameter::Denominator, 1),
+            (Parameter::SsiValues, 0x01_00_18),
+        ];
+        let taken = TakenFrom {
+            at: "2026-11-27T18:00:00Z".to_owned(),
+            bus: "modbus-tcp://h?unit=1".to_owned(),
+            position,
+            unreadable: vec![Parameter::Numerator],
+        };
+        let mark = |name: &str, shown, reference: &str| MachineMark {
+            name: name.to_owned(),
+            shown,
+            reference: reference.parse().ok(),
+        };
+        KeptEncoder {
+            label: UnitLabel {
+                native: Some(8192),
+                serial: Some("S \"1\"\n[parameters]".to_owned()),
+                firmware: Some("41/1997".to_owned()),
+                label: Some("axis 3".to_owned()),
+            },
+            taken: Some(taken),
+            marks: vec![mark("stop = left", 0, "-12.5 mm"), mark("top", 4_711, "0 deg"), mark("x", 1, "")],
+            ..of_one(Model::Ce65M, values)
+        }
+    }
+
     #[test]
     fn what_was_written_is_read_again() {
-        let file = ParameterFile {
-            model: Model::Ce65M,
-            native: Some(8192),
-            remarks: vec!["position 1234\nversion = 2".to_owned()],
-            values: vec![(Parameter::MeasuringLength, 9_999), (Parameter::SsiValues, 0x01_00_18)],
-        };
+        let remarks = vec!["position 1234\nversion = 2".to_owned()];
+        let one = ParameterFile::from(KeptEncoder { remarks, ..full(2) });
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("p.toml");
-        file.write_new(&path).unwrap();
-        let read = ParameterFile::read(&path).unwrap();
-        assert_eq!(read, ParameterFile { remarks: Vec::new(), ..file.clone() });
-        let again = file.write_new(&path).unwrap_err();
+        one.write_new(&path).unwrap();
+        assert_eq!(ParameterFile::read(&path).unwrap(), ParameterFile::from(full(2)));
+        let again = one.write_new(&path).unwrap_err();
         assert!(again.to_string().ends_with("p.toml: it is there already and was left as it is"), "{again}");
+        let ring = ParameterFile { encoders: vec![full(0), of_one(Model::La66, vec![]), full(5)] };
+        ring.replace(&path).unwrap();
+        assert_eq!(ParameterFile::read(&path).unwrap(), ring);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "no temporary file is left");
+        assert_eq!(ring.at(Some(5)), Ok(&ring.encoders[2]));
+        assert_eq!(
+            ring.at(Some(1)).unwrap_err(),
+            "position 1 is not in the file; it holds the encoders at 0, 5"
+        );
+        assert!(ring.at(None).unwrap_err().starts_with("which one? --at POSITION tells"));
+    }
+
+    #[test]
+    fn a_backup_that_was_cut_off_anywhere_is_refused() {
+        let ring = ParameterFile { encoders: vec![full(0), full(5)] };
+        for file in [ring, ParameterFile::from(full(2))] {
+            let text = file.text();
+            let whole = text.rfind("ssi_values").unwrap();
+            for (end, _) in text.char_indices().filter(|(end, _)| *end < whole + "ssi_values = 65560".len()) {
+                let read = ParameterFile::parse("p.toml", &text[..end]);
+                // One without values is programmed nowhere.
+                let nothing = |file: &ParameterFile| {
+                    file.encoders.len() == 1 && file.encoders.iter().all(|kept| kept.values.is_empty())
+                };
+                assert!(read.is_err() || read.is_ok_and(|file| nothing(&file)), "{}", &text[..end]);
+            }
+        }
+    }
+
+    #[test]
+    fn marks_and_tables_that_cannot_be_are_refused_with_their_line() {
+        let text = ParameterFile::from(full(2)).text();
+        let changed = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}\n{text}");
+            refusal(&text.replace(from, to))
+        };
+        for (from, to, says) in [
+            (
+                "shown = 4711",
+                "shown = 16777216",
+                "line 25: shown = 16777216; it must be a position from 0 to 16777215",
+            ),
+            ("shown = 4711", "shown = -1", "line 25: shown = -1; it must be"),
+            (
+                "reference_deg = 0",
+                "reference_deg = 0\nreference_mm = 0",
+                "line 26: a mark has reference_mm or",
+            ),
+            ("reference_deg = 0", "reference_deg = inf", "line 26: \"inf\" is no number like"),
+            ("reference_deg = 0", "reference_deg = \"0\"", "line 26: reference_deg = \"0\" is no number"),
+            (
+                "\"numerator\"",
+                "\"preset_value_1\"",
+                "line 16: \"preset_value_1\" is no parameter of a ce-65-m",
+            ),
+            (
+                "[\"numerator\"]",
+                "[]",
+                "line 12: numerator is neither in [parameters] nor in unreadable: the file was",
+            ),
+            ("denominator = 1 ", "denominator = 100 ", "denominator = 100; allowed are 1 to 99"),
+            ("native = 8192", "native = 1", "line 5: native: 1 steps per turn; a ce-65-m has 4096 or 8192"),
+        ] {
+            let refused = changed(from, to);
+            assert!(refused.contains(says), "{refused}\n{text}");
+        }
+    }
+
+    #[test]
+    fn files_of_several_encoders_say_which_of_them_is_wrong() {
+        let encoder = "[[encoder]]\nmodel = \"la-66\"\n[encoder.parameters]\nmeasuring_length = 1\n";
+        let file = format!("version = 1\nencoders = 2\n{encoder}{encoder}");
+        assert_eq!(ParameterFile::parse("p.toml", &file).unwrap().encoders.len(), 2);
+        let zero = format!("version = 1\n{encoder}{}", encoder.replace("= 1", "= 0"));
+        assert!(refusal(&zero).starts_with("p.toml line 9: measuring_length = 0"), "{}", refusal(&zero));
+        let one = format!("version = 1\nencoders = 2\n{encoder}");
+        assert_eq!(refusal(&one), "p.toml line 2: encoders = 2, and 1 are in the file: it was cut off");
+        let both = format!("version = 1\nmodel = \"la-66\"\n{encoder}");
+        assert!(refusal(&both).contains("a file holds one encoder, or [[encoder]] tables, not both"));
     }
 
     #[test]
     fn hexadecimal_numbers_are_numbers_too() {
         let text = "version = 1\nmodel = \"la-66\"\n[parameters]\nmeasuring_length = 0xC350\n";
         let file = ParameterFile::parse("p.toml", text).unwrap();
-        assert_eq!(file.values, [(Parameter::MeasuringLength, 50_000)]);
+        assert_eq!(file.encoders, [of_one(Model::La66, vec![(Parameter::MeasuringLength, 50_000)])]);
     }
 
     #[test]
@@ -250,9 +420,11 @@ mod tests {
 
         #[test]
         fn any_values_come_back(values: [u32; 7], model in prop::sample::select(encoring_words::model::MODELS.to_vec())) {
-            let values: Vec<_> =
-                parameters_of(model).zip(values).map(|(p, value)| (p, value & word::DATA_MAX)).collect();
-            let file = ParameterFile { model, native: None, remarks: Vec::new(), values };
+            let legal = |(parameter, value): (Parameter, u32)| {
+                let value = value & word::DATA_MAX;
+                parameter.normalise(model, value).is_ok().then_some((parameter, value))
+            };
+            let file = ParameterFile::from(of_one(model, parameters_of(model).zip(values).filter_map(legal).collect()));
             prop_assert_eq!(ParameterFile::parse("p.toml", &file.text()).unwrap(), file);
         }
     }

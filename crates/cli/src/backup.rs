@@ -1,0 +1,291 @@
+//! `encoring backup`: everything readable of encoders, into a file.
+
+mod view;
+
+use std::path::PathBuf;
+use std::time::SystemTime;
+
+use clap::Args;
+use encoring_bus::master::MasterError;
+
+use encoring_words::{Duration, Model, Week};
+use encoring_workshop::backup::{BackupKept, BackupOrigin, keep};
+use encoring_workshop::reading::Readings;
+use encoring_workshop::{KeptEncoder, MachineMark, NamedMark, ParameterFile, UnitLabel};
+
+use crate::arguments;
+use crate::arguments::bus::{BusArguments, Target, patience};
+use crate::arguments::positions::{Positions, positions};
+use crate::arguments::{Output, span};
+use crate::bus::{Deed, Opened};
+use crate::output::{Answer, Failure, bad_input};
+use view::{BackupView, EncoderView};
+
+/// Keep everything readable of an encoder, or of a whole ring, in a file
+///
+/// Changes nothing, but uses the handshake: while a value is read IN shows the reply and no position, so stop the axis
+/// first. The offset of a preset cannot be read: give marks on the machine, so that the zero can be found again.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 kept; 1 a mark cannot be noted here, the file holds other values, or
+another master is at work; 2 bad input or usage; 3 no answer, or a value that cannot
+be read.
+
+Examples:
+  encoring backup axis-3.toml --bus sim --at 2
+  encoring backup axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m --mark \"stop left=0 mm\"
+  encoring backup axis-3.toml --bus modbus-tcp://192.168.1.10 --update --mark \"stop right=350 mm\"
+  encoring backup ring.toml --bus modbus-tcp://192.168.1.10 --at 0-2 --model la-66 --model ce-100-m --model ce-65-m
+  encoring backup today.toml --bus modbus-tcp://192.168.1.10 --like ring.toml")]
+pub(crate) struct Arguments {
+    /// The file; one that is there already is left as it is
+    #[arg(value_name = "FILE.toml")]
+    file: PathBuf,
+    #[command(flatten)]
+    ring: BusArguments,
+    /// Ring positions from 0, like 2 or 0,2 or 0-2; without it all of a simulated ring, or those of --like or --update
+    #[arg(long, value_name = "POSITIONS", value_parser = positions)]
+    at: Option<Positions>,
+    /// The model of all these encoders, or of each in the order of --at; a simulated ring knows them
+    #[arg(long, value_name = "MODEL[,MODEL..]", value_parser = arguments::model(), value_delimiter = ',')]
+    model: Vec<Model>,
+    /// Steps per turn on the rating plates, 4096 or 8192: of all, or of each
+    #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = arguments::native(), value_delimiter = ',')]
+    native: Vec<u32>,
+    /// Positions, models and labels as in this older backup
+    #[arg(long, value_name = "OLD.toml", conflicts_with = "update")]
+    like: Option<PathBuf>,
+    /// Add marks and labels to the file that is there, if the encoder still holds its values
+    #[arg(long)]
+    update: bool,
+    /// A mark at which the machine stands now, with what its scale shows if it has one; may be repeated
+    #[arg(long, value_name = "NAME[=NUMBER mm|deg]", allow_hyphen_values = true)]
+    mark: Vec<NamedMark>,
+    /// Serial number on the type label
+    #[arg(long, value_name = "TEXT")]
+    serial: Option<String>,
+    /// Week and year of the firmware on the type label
+    #[arg(long, value_name = "WW/YYYY", value_parser = firmware)]
+    firmware: Option<String>,
+    /// Any other words, as where the encoder is mounted
+    #[arg(long, value_name = "TEXT")]
+    label: Option<String>,
+    /// How long to wait for each step of a handshake [default: 2s, or four time-outs of the address if that is longer]
+    #[arg(long, value_name = "TIME", value_parser = span)]
+    patience: Option<Duration>,
+    #[command(flatten)]
+    output: Output,
+}
+
+fn firmware(text: &str) -> Result<String, String> {
+    text.parse::<Week>().map(|_| text.to_owned()).map_err(|wrong| wrong.to_string())
+}
+
+/// An encoder that is to be kept.
+struct Asked {
+    target: Target,
+    label: UnitLabel,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let older = arguments.older()?;
+    let mut opened = arguments.ring.open(encoring_station::Speed::Max)?;
+    let asked = arguments.asked(&opened, older.as_ref())?;
+    for asked in &asked {
+        opened.announce(asked.target, Deed::Reads);
+    }
+    let told = arguments.keep(&mut opened, &asked, older);
+    opened.report(arguments.output, told, BackupView::answer)
+}
+
+impl Arguments {
+    /// The file that is there already, or that which tells what to keep.
+    fn older(&self) -> Result<Option<ParameterFile>, Failure> {
+        let path = match (&self.like, self.update) {
+            (Some(like), _) => like,
+            (None, true) => &self.file,
+            (None, false) => return Ok(None),
+        };
+        ParameterFile::read(path).map(Some).map_err(bad_input)
+    }
+
+    /// The encoders that are meant.
+    fn asked(&self, opened: &Opened, older: Option<&ParameterFile>) -> Result<Vec<Asked>, Failure> {
+        let known = |kept: &KeptEncoder| kept.taken.as_ref().map(|taken| taken.position);
+        let at = match (&self.at, older, &opened.world) {
+            (Some(at), ..) => at.0.clone(),
+            (None, Some(older), _) => older.encoders.iter().filter_map(known).collect(),
+            (None, None, Some(world)) => (0..world.with(|world| world.places().len())).collect(),
+            (None, None, None) => Vec::new(),
+        };
+        if at.is_empty() {
+            return Err(bad_input(
+                "--at POSITIONS is missing, like 0-2; `encoring probe` finds the encoders of a gateway",
+            ));
+        }
+        if at.len() > 1 {
+            self.only_for_one(&at)?;
+        }
+        let count = at.len();
+        let fits = |option: &str, given: usize| match given {
+            0 | 1 => Ok(()),
+            _ if given == count => Ok(()),
+            _ => Err(bad_input(format!(
+                "{option}: {given} values for {count} encoders; give one, or one for each"
+            ))),
+        };
+        fits("--model", self.model.len())?;
+        fits("--native", self.native.len())?;
+        let patience = patience(self.patience, opened.timeout())?;
+        let asked = at.iter().enumerate().map(|(k, position)| {
+            let kept = older.and_then(|older| older.at(Some(*position)).ok());
+            self.one(opened, k, *position, kept, patience)
+        });
+        asked.collect()
+    }
+
+    /// What is written on one unit is not to be kept as another's.
+    fn only_for_one(&self, at: &[usize]) -> Result<(), Failure> {
+        let given = [
+            ("--mark", !self.mark.is_empty()),
+            ("--serial", self.serial.is_some()),
+            ("--firmware", self.firmware.is_some()),
+            ("--label", self.label.is_some()),
+        ];
+        match given.into_iter().find(|(_, given)| *given) {
+            Some((option, _)) => Err(bad_input(format!(
+                "{option} is of one encoder, and {} are meant; --at POSITION tells which",
+                at.len()
+            ))),
+            None => Ok(()),
+        }
+    }
+
+    fn one(
+        &self,
+        opened: &Opened,
+        k: usize,
+        position: usize,
+        kept: Option<&KeptEncoder>,
+        patience: Duration,
+    ) -> Result<Asked, Failure> {
+        let of = |given: usize| if given == 1 { 0 } else { k };
+        let given = self.model.get(of(self.model.len())).copied();
+        let native = self.native.get(of(self.native.len())).copied();
+        let older = kept.map(|kept| kept.label.clone()).unwrap_or_default();
+        let label = arguments::TypeLabel {
+            model: given.or(kept.map(|kept| kept.model)),
+            native: native.or(older.native),
+        };
+        let target = label.target(opened, position, patience)?;
+        let label = UnitLabel {
+            native: target.native,
+            serial: self.serial.clone().or(older.serial),
+            firmware: self.firmware.clone().or(older.firmware),
+            label: self.label.clone().or(older.label),
+        };
+        Ok(Asked { target, label })
+    }
+
+    /// Reads the encoders, one after the other, and writes the file.
+    fn keep(
+        &self,
+        opened: &mut Opened,
+        asked: &[Asked],
+        older: Option<ParameterFile>,
+    ) -> Result<BackupView, Failure> {
+        let mut file = older.filter(|_| self.update).unwrap_or(ParameterFile { encoders: Vec::new() });
+        let mut views = Vec::new();
+        for one in asked {
+            let target = one.target;
+            match opened.serve(target, |master| Readings::of(master, target.model)) {
+                Ok(readings) => {
+                    let there = self.there(&file, target.position)?;
+                    let kept = self.kept(opened, one, &readings, there.and_then(|k| file.encoders.get(k)))?;
+                    views.push(EncoderView::kept(target, &readings, &kept));
+                    match there.and_then(|k| file.encoders.get_mut(k)) {
+                        Some(there) => *there = kept,
+                        None => file.encoders.push(kept),
+                    }
+                }
+                // The others can be kept all the same.
+                Err(Failure::NoAnswer(why) | Failure::Refused(why))
+                    if asked.len() > 1 && !opened.is_interrupted() =>
+                {
+                    views.push(EncoderView::failed(target, why));
+                }
+                Err(failure) => return Err(failure),
+            }
+        }
+        let name = self.file.display().to_string();
+        if views.iter().all(EncoderView::is_failed) {
+            return Ok(BackupView::new(name, "nothing", views));
+        }
+        let result = if self.update {
+            file.replace(&self.file).map_err(bad_input)?;
+            "updated"
+        } else {
+            match keep(&file, &self.file).map_err(|error| {
+                bad_input(format!("{error}; --update adds marks and labels to it, another name keeps both"))
+            })? {
+                BackupKept::Written => "written",
+                BackupKept::AlreadyThere => "already_there",
+            }
+        };
+        Ok(BackupView::new(name, result, views))
+    }
+
+    /// Where in a file that is updated the encoder is.
+    fn there(&self, file: &ParameterFile, position: usize) -> Result<Option<usize>, Failure> {
+        if !self.update {
+            return Ok(None);
+        }
+        let is_it = |kept: &KeptEncoder| kept.position().is_none_or(|there| there == position);
+        let found = file.encoders.iter().position(is_it);
+        let problem =
+            || bad_input(format!("{}: position {position} is not in the file", self.file.display()));
+        found.map(Some).ok_or_else(problem)
+    }
+
+    /// What is to be kept of an encoder that was read.
+    #[expect(clippy::disallowed_methods, reason = "a backup says when it was made")]
+    fn kept(
+        &self,
+        opened: &Opened,
+        asked: &Asked,
+        readings: &Readings<MasterError>,
+        there: Option<&KeptEncoder>,
+    ) -> Result<KeptEncoder, Failure> {
+        let Asked { target, label } = asked;
+        let origin = BackupOrigin {
+            at: SystemTime::now(),
+            bus: &opened.address,
+            position: target.position,
+            shown: Some(readings.shown[1]),
+        };
+        let new = origin.backup(target.model, label.clone(), readings.values());
+        let mut kept = match there {
+            Some(there) => there.clone().updated(new).map_err(|differences| {
+                Failure::Refused(format!(
+                    "{}: the encoder at position {} no longer holds what the file does, which was left as it is:\n{}",
+                    self.file.display(),
+                    target.position,
+                    differences.join("\n")
+                ))
+            })?,
+            None => new,
+        };
+        for mark in &self.mark {
+            let refused = |problem: String| {
+                Failure::Refused(format!(
+                    "--mark {:?}: not noted, and nothing was kept: {problem}",
+                    mark.name
+                ))
+            };
+            let shown = readings.standing().map_err(refused)?;
+            kept.note(MachineMark { name: mark.name.clone(), shown, reference: mark.reference })
+                .map_err(refused)?;
+        }
+        Ok(kept)
+    }
+}
