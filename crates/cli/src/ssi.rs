@@ -1,5 +1,7 @@
 //! `encoring ssi`: the second output of the CE-65-M.
 
+mod captured;
+mod decode;
 mod drawing;
 mod encode;
 mod format;
@@ -8,12 +10,13 @@ use clap::{Args, Subcommand};
 
 use crate::output::{Answer, Failure};
 
-/// The SSI output of the CE-65-M: what it sends
+/// The SSI output of the CE-65-M: what it sends, and what a capture of it says
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
   encoring ssi encode 9999 --bits 25
-  encoring ssi encode 9999 --bits 31 --svg ak40.svg")]
+  encoring ssi encode 9999 --bits 31 --svg ak40.svg
+  encoring ssi decode capture.sr --bits 25")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     question: Question,
@@ -22,10 +25,12 @@ pub(crate) struct Arguments {
 #[derive(Subcommand, Debug)]
 enum Question {
     Encode(encode::Arguments),
+    Decode(decode::Arguments),
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     match &arguments.question {
         Question::Encode(arguments) => encode::run(arguments),
+        Question::Decode(arguments) => decode::run(arguments),
     }
 }

@@ -13,7 +13,9 @@ pub mod scaling;
 pub mod seen;
 pub mod service;
 pub mod session;
+pub mod ssi_lines;
 pub mod ssi_receiver;
+pub mod ssi_timings;
 pub mod validity;
 
 pub use request::{Reply, Request, RequestError};

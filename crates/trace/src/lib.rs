@@ -1,5 +1,5 @@
 //! Recordings of exchanges: what went to an encoder, what its shaft, inputs and supply did, and what it
-//! answered, as CSV in and out; and waveforms, out only.
+//! answered, as CSV in and out; waveforms, out only; and captures of logic analysers, in and out.
 //!
 //! This crate knows columns, units and errors, and never the meaning of what it carries.
 //!
@@ -28,7 +28,8 @@
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
 //! the column `position`.
 //!
-//! A [`log`] is what was seen on a bus, for days; it is read as a trace is, with words as `0xC200270F`. A [`wave`] is signals over time, for waveform viewers.
+//! A [`log`] is what was seen on a bus, for days; it is read as a trace is, with words as `0xC200270F`. A [`wave`] is
+//! signals over time, for waveform viewers. A [`capture`] is what a logic analyser saw.
 //!
 //! ```
 //! use encoring_trace::{Input, Reader, Writer};
@@ -47,6 +48,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod capture;
 mod columns;
 mod csv;
 mod error;

@@ -59,6 +59,12 @@ impl FormatArguments {
     }
 }
 
+/// Hertz, as `1MHz`, `500 kHz` or `24000000`.
+pub(crate) fn rate(text: &str) -> Result<u64, String> {
+    encoring_trace::capture::hertz(text)
+        .ok_or_else(|| format!("{text:?} is no rate; it is like 1MHz, 500kHz or 24000000"))
+}
+
 /// A format as people call it.
 pub(crate) struct FormatText(pub(crate) SsiFormat);
 

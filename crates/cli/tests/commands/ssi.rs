@@ -1,5 +1,7 @@
 //! `encoring ssi`.
 
+mod decode;
+
 use serde_json::Value;
 
 use super::{Run, encoring, refused};
