@@ -33,6 +33,9 @@ motion = { kind = "hold", raw = 5_000 }
 """
 MODELS = ["la-66", "ce-100-m", "ce-65-m"]
 
+# The journal of whoever runs this is left alone.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp()
+
 
 class Bridge:
     """A simulator with the foreign gateway before it."""

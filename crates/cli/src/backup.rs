@@ -138,7 +138,12 @@ impl Arguments {
         fits("--native", self.native.len())?;
         let patience = patience(self.patience, opened.timeout())?;
         let asked = at.iter().enumerate().map(|(k, position)| {
-            let kept = older.and_then(|older| older.at(Some(*position)).ok());
+            let is_it = |kept: &&KeptEncoder| kept.position().is_none_or(|there| there == *position);
+            let kept = older.and_then(|older| older.encoders.iter().find(is_it));
+            if self.update && kept.is_none() {
+                let file = self.file.display();
+                return Err(bad_input(format!("{file}: position {position} is not in the file")));
+            }
             self.one(opened, k, *position, kept, patience)
         });
         asked.collect()
@@ -200,7 +205,7 @@ impl Arguments {
             let target = one.target;
             match opened.serve(target, |master| Readings::of(master, target.model)) {
                 Ok(readings) => {
-                    let there = self.there(&file, target.position)?;
+                    let there = self.there(&file, target.position);
                     let kept = self.kept(opened, one, &readings, there.and_then(|k| file.encoders.get(k)))?;
                     views.push(EncoderView::kept(target, &readings, &kept));
                     match there.and_then(|k| file.encoders.get_mut(k)) {
@@ -236,15 +241,9 @@ impl Arguments {
     }
 
     /// Where in a file that is updated the encoder is.
-    fn there(&self, file: &ParameterFile, position: usize) -> Result<Option<usize>, Failure> {
-        if !self.update {
-            return Ok(None);
-        }
+    fn there(&self, file: &ParameterFile, position: usize) -> Option<usize> {
         let is_it = |kept: &KeptEncoder| kept.position().is_none_or(|there| there == position);
-        let found = file.encoders.iter().position(is_it);
-        let problem =
-            || bad_input(format!("{}: position {position} is not in the file", self.file.display()));
-        found.map(Some).ok_or_else(problem)
+        file.encoders.iter().position(is_it).filter(|_| self.update)
     }
 
     /// What is to be kept of an encoder that was read.

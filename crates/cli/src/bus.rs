@@ -39,6 +39,8 @@ pub(crate) struct Opened {
     left: Option<(usize, OutWord)>,
     /// Host and port, or the device; a simulated ring as it was named.
     place: String,
+    /// See [`Opened::identity`].
+    identity: Option<String>,
 }
 
 /// A report with what every report of a master says.
@@ -84,6 +86,9 @@ impl BusArguments {
                 let (bus, memories) = self.simulated(&scenario, speed)?;
                 let world = Some(bus.world().clone());
                 let (place, timeout) = (address.clone(), Duration::ZERO);
+                let folder = self.memories.state.as_ref();
+                let identity = folder.and_then(|folder| folder.canonicalize().ok());
+                let identity = identity.map(|folder| format!("sim in {}", folder.display()));
                 Ok(Opened {
                     bus: Box::new(bus),
                     world,
@@ -93,6 +98,7 @@ impl BusArguments {
                     interrupt,
                     left: None,
                     place,
+                    identity,
                 })
             }
             None => {
@@ -103,8 +109,9 @@ impl BusArguments {
                 }
                 let gateway = gateway(&address)?;
                 let (timeout, place) = (gateway.timeout, gateway.way.to_string());
+                let identity = Some(format!("{place} unit {}", gateway.unit));
                 let (bus, world, memories) = (Box::new(Client::new(gateway)?), None, None);
-                Ok(Opened { bus, world, address, timeout, memories, interrupt, left: None, place })
+                Ok(Opened { bus, world, address, timeout, memories, interrupt, left: None, place, identity })
             }
         }
     }
@@ -229,6 +236,11 @@ impl Opened {
     /// Whether the user has wanted to stop.
     pub(crate) fn is_interrupted(&self) -> bool {
         self.interrupt.is_interrupted()
+    }
+
+    /// The ring, written alike however its address is; none for a simulated one that forgets.
+    pub(crate) fn identity(&self) -> Option<String> {
+        self.identity.clone()
     }
 
     /// Host and port, or the device.

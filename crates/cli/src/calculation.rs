@@ -42,6 +42,11 @@ fn warning(topic: &'static str, text: impl Into<String>) -> Note {
 }
 
 impl Note {
+    /// What whoever programs it must know.
+    pub(crate) const fn warning(topic: &'static str, text: String) -> Self {
+        Self { topic, text, weight: Weight::Warning }
+    }
+
     pub(crate) fn warns(&self) -> bool {
         self.weight == Weight::Warning
     }

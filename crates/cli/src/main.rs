@@ -14,6 +14,7 @@ mod decode;
 mod interrupt;
 mod log;
 mod memories;
+mod noted;
 mod output;
 mod preset;
 mod probe;
@@ -22,6 +23,7 @@ mod programming;
 mod read;
 mod release;
 mod replay;
+mod restore;
 mod ring;
 mod scan;
 mod sheet;
@@ -63,7 +65,7 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
-    Backup backup,
+    Backup backup, Restore restore,
     Watch watch, Log log, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

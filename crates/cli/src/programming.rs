@@ -1,4 +1,4 @@
-//! Values that shall count, all of them or none: what `program` and `write` do.
+//! Values that shall count, all of them or none: what `program`, `write` and `restore` do.
 
 mod view;
 
@@ -7,7 +7,8 @@ use std::time::SystemTime;
 
 use clap::Args;
 use encoring_bus::master::MasterError;
-use encoring_host::program::{Prepared, Program, Stopped};
+use encoring_host::program::{Back, Prepared, Program, Report, Stopped};
+use encoring_workshop::journal::{IntendedValue, Intent};
 use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
 use crate::arguments::bus::{Encoder, Target};
@@ -16,12 +17,13 @@ use crate::arguments::{Consent, Output};
 use crate::ask::{CHECK_DOES, confirmed};
 use crate::bus::{Deed, Opened};
 use crate::calculation::Note;
-use crate::output::{Answer, Failure, bad_input};
+use crate::noted::{Earlier, JournalFolder, Noted};
+use crate::output::{Answer, Failure, bad_input, note};
 use crate::told::TargetView;
-use view::ProgramView;
+pub(crate) use view::ProgramView;
 
-/// What `program` and `write` have in common.
-#[derive(Args, Debug)]
+/// What `program`, `write` and `restore` have in common.
+#[derive(Args, Debug, Clone)]
 pub(crate) struct How {
     #[command(flatten)]
     pub(crate) encoder: Encoder,
@@ -29,7 +31,7 @@ pub(crate) struct How {
     consent: Consent,
     /// Show what would be written, and end
     #[arg(long, global = true)]
-    dry_run: bool,
+    pub(crate) dry_run: bool,
     /// Where the old values are kept; a real encoder's are kept in this folder if nothing is said
     #[arg(long, value_name = "FILE.toml", global = true)]
     backup: Option<PathBuf>,
@@ -40,7 +42,9 @@ pub(crate) struct How {
     #[arg(long, conflicts_with = "dry_run", global = true)]
     check: bool,
     #[command(flatten)]
-    output: Output,
+    journal: JournalFolder,
+    #[command(flatten)]
+    pub(crate) output: Output,
 }
 
 impl How {
@@ -50,28 +54,48 @@ impl How {
         command: &str,
         wanted: impl FnOnce(Target) -> Result<Wanted, Failure>,
     ) -> Result<Answer, Failure> {
-        let (mut opened, target) = if self.dry_run {
-            self.encoder.open()?
-        } else {
-            self.encoder.ring.writing(command)?;
-            self.encoder.open_to_change()?
-        };
-        let Wanted { values, warnings } = wanted(target)?;
+        let (mut opened, target) = self.open(command)?;
+        let wanted = wanted(target)?;
+        let told = self.work(command, &mut opened, target, &wanted);
+        opened.report(self.output, told.map(|view| view.warned(&wanted.warnings)), ProgramView::answer)
+    }
+
+    /// Opens the ring, and says which encoder is meant.
+    pub(crate) fn open(&self, command: &str) -> Result<(Opened, Target), Failure> {
+        if self.dry_run {
+            return self.encoder.open();
+        }
+        self.encoder.ring.writing(command)?;
+        self.encoder.open_to_change()
+    }
+
+    /// Programs an encoder, or shows what would be programmed.
+    pub(crate) fn work(
+        &self,
+        command: &str,
+        opened: &mut Opened,
+        target: Target,
+        wanted: &Wanted,
+    ) -> Result<ProgramView, Failure> {
         let mut program = Program::new(target.model, target.native);
-        for (parameter, value) in values {
-            program.set(parameter, value).map_err(bad_input)?;
+        for (parameter, value) in &wanted.values {
+            program.set(*parameter, *value).map_err(bad_input)?;
         }
         opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
-        let told = Programming { how: self, target, warnings: &warnings }.run(&mut opened, program);
-        opened.report(self.output, told.map(|view| view.warned(&warnings)), ProgramView::answer)
+        let noted = self.journal.of(opened, target.position);
+        let warnings = &wanted.warnings;
+        Programming { how: self, command, target, warnings, noted }.run(opened, program)
     }
 }
 
 /// An encoder that is being programmed.
 struct Programming<'a> {
     how: &'a How,
+    command: &'a str,
     target: Target,
     warnings: &'a [Note],
+    /// None for a ring that forgets.
+    noted: Option<Noted>,
 }
 
 impl Programming<'_> {
@@ -80,27 +104,125 @@ impl Programming<'_> {
         let mut prepared = opened.serve(target, |master| Ok(program.prepare(master)))?;
         if how.dry_run {
             let backup = self.asked_backup(opened, &prepared)?;
-            return Ok(ProgramView::planned(target, &prepared, backup));
+            let earlier = self.earlier(&prepared);
+            return Ok(ProgramView::planned(target, &prepared, backup).after(earlier.as_ref()));
         }
         if needs_check(&prepared) {
             let question = format!("{} It comes first: an error is pending.", self.check_question());
             confirmed(how.consent, &question)?;
             prepared = opened.serve(target, |master| Ok(prepared.check(master)))?;
         }
-        let mut backup = self.asked_backup(opened, &prepared)?;
-        let check = how.check && prepared.is_programmed();
+        let earlier = self.earlier(&prepared);
+        if let Some(earlier) = &earlier {
+            note(&format!("note: {}", earlier.view()));
+        }
+        let backup = self.asked_backup(opened, &prepared)?;
+        // What was begun here may be written and not be checked.
+        let unchecked = earlier.as_ref().is_some_and(|earlier| earlier.found.is_believed());
+        let check = (how.check || unchecked) && prepared.is_programmed();
         if check {
             confirmed(how.consent, &self.check_question())?;
         } else if prepared.stopped().is_none() && prepared.changes() {
             confirmed(how.consent, &self.question(&prepared))?;
-            if backup.is_none() && !how.no_backup && !opened.is_simulated() {
-                backup = Some(self.keep(opened, &prepared, None)?);
+            return self.write(opened, prepared, backup, earlier.as_ref());
+        }
+        let report = opened.serve(target, |master| {
+            let report = if check { prepared.run_checked(master) } else { prepared.run(master) };
+            Ok((ProgramView::done(target, &report, master.last_error(), backup), report))
+        });
+        let (view, report) = report?;
+        if check {
+            self.settle(&report, earlier.as_ref())?;
+        }
+        Ok(view.after(earlier.as_ref()))
+    }
+
+    /// Writes, with the old values and what is to be written on the disk before.
+    fn write(
+        &self,
+        opened: &mut Opened,
+        prepared: Prepared<MasterError>,
+        mut backup: Option<String>,
+        earlier: Option<&Earlier>,
+    ) -> Result<ProgramView, Failure> {
+        let target = self.target;
+        if backup.is_none() && !self.how.no_backup && !opened.is_simulated() {
+            backup = Some(self.keep(opened, &prepared, None)?);
+        }
+        if let Some(noted) = &self.noted {
+            noted.begin(&self.intent(noted, &prepared, backup.as_deref(), earlier))?;
+        }
+        let done = opened.serve(target, |master| {
+            let report = prepared.run(master);
+            Ok((ProgramView::done(target, &report, master.last_error(), backup), report))
+        });
+        match done {
+            Ok((view, report)) => {
+                self.settle(&report, earlier)?;
+                Ok(view.after(earlier))
+            }
+            // Nothing was begun.
+            Err(failure) => self.take_back(earlier).and(Err(failure)),
+        }
+    }
+
+    /// What was begun on this encoder before and is not known to have ended.
+    fn earlier(&self, prepared: &Prepared<MasterError>) -> Option<Earlier> {
+        let before = |parameter| prepared.rows().find(|row| row.parameter == parameter)?.before;
+        self.noted.as_ref()?.earlier(before)
+    }
+
+    /// What will be written.
+    #[expect(clippy::disallowed_methods, reason = "the journal says when something was begun")]
+    fn intent(
+        &self,
+        noted: &Noted,
+        prepared: &Prepared<MasterError>,
+        backup: Option<&str>,
+        earlier: Option<&Earlier>,
+    ) -> Intent {
+        let values = prepared.rows().filter_map(|row| {
+            Some(IntendedValue { parameter: row.parameter, before: row.before?, wanted: row.wanted? })
+        });
+        // The oldest values are the ones that somebody may want back.
+        let believed = earlier.filter(|earlier| earlier.found.is_believed());
+        let mut backups = believed.map(|earlier| earlier.intent.backups.clone()).unwrap_or_default();
+        backups.extend(backup.map(|backup| match std::path::absolute(backup) {
+            Ok(path) => path.display().to_string(),
+            Err(_) => backup.to_owned(),
+        }));
+        Intent {
+            place: noted.place().clone(),
+            model: self.target.model,
+            command: self.command.to_owned(),
+            begun: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
+            backups,
+            values: values.collect(),
+        }
+    }
+
+    /// Closes the journal's page, unless something half done is left.
+    fn settle(&self, report: &Report<MasterError>, earlier: Option<&Earlier>) -> Result<(), Failure> {
+        match (&report.result, report.back) {
+            (Ok(()), _) => {
+                self.noted.iter().for_each(Noted::close);
+                Ok(())
+            }
+            (Err(_), Back::Failed) => Ok(()),
+            (Err(_), _) => self.take_back(earlier),
+        }
+    }
+
+    /// The page as it was before this command.
+    fn take_back(&self, earlier: Option<&Earlier>) -> Result<(), Failure> {
+        let Some(noted) = &self.noted else { return Ok(()) };
+        match earlier.filter(|earlier| earlier.found.is_believed()) {
+            Some(earlier) => noted.begin(&earlier.intent),
+            None => {
+                noted.close();
+                Ok(())
             }
         }
-        opened.serve(target, |master| {
-            let report = if check { prepared.run_checked(master) } else { prepared.run(master) };
-            Ok(ProgramView::done(target, &report, master.last_error(), backup))
-        })
     }
 
     /// The backup that was asked for, whether something is written or not.

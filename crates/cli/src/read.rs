@@ -15,6 +15,7 @@ use crate::arguments::Output;
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Parameters, parameters};
 use crate::bus::Deed;
+use crate::noted::{EarlierView, JournalFolder, Noted};
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, FailureView, ParameterView, Shown, TargetView};
 
@@ -38,6 +39,8 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     encoder: Encoder,
     #[command(flatten)]
+    journal: JournalFolder,
+    #[command(flatten)]
     output: Output,
 }
 
@@ -49,6 +52,8 @@ struct ReadView {
     /// Reads that the encoder refused.
     failures: Vec<FailureView>,
     shown: Shown,
+    /// A command that was begun here and is not known to have ended.
+    journal: Option<EarlierView>,
 }
 
 impl ReadView {
@@ -78,6 +83,9 @@ impl fmt::Display for ReadView {
                 "\nAn error is pending, so a ? may be 0 or a record that cannot be read; `encoring check` tells."
             )?;
         }
+        if let Some(journal) = &self.journal {
+            writeln!(f, "\n{journal}")?;
+        }
         if self.parameters.len() > 1 {
             writeln!(
                 f,
@@ -96,7 +104,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Parameters::One(parameter) => vec![parameter],
     };
     opened.announce(target, Deed::Reads);
-    let told = opened.serve(target, |master| look(master, target, &wanted));
+    let noted = arguments.journal.of(&opened, target.position);
+    let told = opened.serve(target, |master| look(master, target, &wanted, noted.as_ref()));
     opened.report(arguments.output, told, ReadView::answer)
 }
 
@@ -104,6 +113,7 @@ fn look<S: Services<Error = MasterError>>(
     services: &mut S,
     target: Target,
     wanted: &[Parameter],
+    noted: Option<&Noted>,
 ) -> Result<ReadView, Failed> {
     let read = read_each(services, target.model, wanted.iter().copied())?;
     let view = |read: &ReadParameter<_>| ParameterView::new(read.parameter, target.model, read.value);
@@ -112,5 +122,7 @@ fn look<S: Services<Error = MasterError>>(
     let failures = refused.map(|failed| FailureView::new(failed, target, None)).collect();
     let code = code(services, target.model).ok();
     let shown = Shown::new(services.look().map_err(Failed::Bus)?, code);
-    Ok(ReadView { target: TargetView::new(target), parameters, failures, shown })
+    let value = |parameter| read.iter().find(|read| read.parameter == parameter)?.value;
+    let journal = noted.and_then(|noted| noted.earlier(value)).map(|earlier| earlier.view());
+    Ok(ReadView { target: TargetView::new(target), parameters, failures, shown, journal })
 }

@@ -15,6 +15,7 @@ use encoring_words::parameter::Code;
 use encoring_words::status::StatusBit;
 use encoring_words::word::In;
 use encoring_words::{Access, ErrorStatus, InWord, Model, Parameter};
+use encoring_workshop::MachineMark;
 use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
@@ -109,6 +110,29 @@ impl fmt::Display for ParameterView {
         let meaning = self.meaning.as_deref().unwrap_or("");
         let line = format!("{:<7}  {:<18}  {value:>8}  {hex:>6}  {meaning}", self.service, self.name);
         f.write_str(line.trim_end())
+    }
+}
+
+/// A mark on the machine.
+#[derive(Serialize)]
+pub(crate) struct MarkView {
+    name: String,
+    shown: u32,
+    reference: Option<String>,
+}
+
+impl MarkView {
+    pub(crate) fn new(mark: &MachineMark) -> Self {
+        let reference = mark.reference.map(|reference| reference.to_string());
+        Self { name: mark.name.clone(), shown: mark.shown, reference }
+    }
+}
+
+impl fmt::Display for MarkView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, shown, reference } = self;
+        let reference = reference.as_ref().map(|reference| format!(" ({reference})"));
+        write!(f, "mark {name:?}{}: {shown}", reference.unwrap_or_default())
     }
 }
 

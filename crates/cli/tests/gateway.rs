@@ -15,6 +15,14 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
 
+/// The program; the journal of whoever runs the tests is left alone.
+fn program() -> Command {
+    let mut command = Command::new(PROGRAM);
+    let states = format!("{}/states-{}", env!("CARGO_TARGET_TMPDIR"), std::process::id());
+    command.env("XDG_STATE_HOME", states);
+    command
+}
+
 /// A simulated ring behind a gateway with faults; it ends with the test.
 struct Gateway {
     program: Child,
@@ -41,7 +49,7 @@ impl Gateway {
             ("kind = \"hold\", raw = 5000", "kind = \"speed\", per_s = 3000.0, start = 70000");
         let file = folder.join("ring.toml");
         fs::write(&file, format!("version = 1\n{}{}{more}", device(0, stands), device(1, moves))).unwrap();
-        let mut command = Command::new(PROGRAM);
+        let mut command = program();
         command.args(["sim", "--format", "json", "--modbus", "0", "--control", "0"]).arg(file);
         let mut program = command.args(options).stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap());
@@ -59,7 +67,7 @@ impl Gateway {
         let mut arguments: Vec<&str> = command.split(' ').collect();
         let at = at.to_string();
         arguments.extend(["--bus", &bus, "--at", &at, "--model", "ce-65-m", "--format", "json"]);
-        let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+        let output = program().args(arguments).output().unwrap();
         let printed = serde_json::from_slice(&output.stdout).unwrap_or_default();
         (output.status.code(), printed, String::from_utf8(output.stderr).unwrap())
     }
@@ -158,7 +166,7 @@ fn a_service_bit_on_a_dead_link_is_told_and_can_be_released_when_it_is_back() {
         let released = loop {
             let bus = format!("modbus-tcp://{}?timeout_ms=200", gateway.address);
             let arguments = ["release", "--bus", &bus, "--at", "0", "--yes"];
-            let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+            let output = program().args(arguments).output().unwrap();
             if output.status.code() != Some(3) {
                 break output;
             }
@@ -193,7 +201,7 @@ fn every_kind_of_fault_is_taken_by_the_command_line_a_scenario_and_the_control_p
     let file = folder.path().join("wrong.toml");
     let device = "[[device]]\nposition = 0\nmodel = \"ce-65-m\"\n";
     fs::write(&file, format!("version = 1\n{device}[[gateway_fault]]\nfault = \"slow\"\n")).unwrap();
-    let output = Command::new(PROGRAM).args(["sim", "--modbus", "0"]).arg(&file).output().unwrap();
+    let output = program().args(["sim", "--modbus", "0"]).arg(&file).output().unwrap();
     let problem = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{problem}");
     assert!(problem.contains("wrong.toml, line 6: gateway fault \"slow\"; there are silent,"), "{problem}");

@@ -16,6 +16,14 @@ use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
 
+/// The program; the journal of whoever runs the tests is left alone.
+fn program() -> Command {
+    let mut command = Command::new(PROGRAM);
+    let states = format!("{}/states-{}", env!("CARGO_TARGET_TMPDIR"), std::process::id());
+    command.env("XDG_STATE_HOME", states);
+    command
+}
+
 const NUMERATOR: u32 = 0x8300_0000;
 const LENGTH: u32 = 0x8200_0000;
 /// The standing encoders, each at the position that it shows with factory values.
@@ -95,7 +103,7 @@ impl Ring {
         let folder = tempfile::tempdir().unwrap();
         let scenario = folder.path().join("ring.toml");
         fs::write(&scenario, format!("version = 1\n[[device]]\nposition = 0\n{device}{event}")).unwrap();
-        let mut program = Command::new(PROGRAM)
+        let mut program = program()
             .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
             .arg(&scenario)
             .stdout(Stdio::piped())
@@ -201,7 +209,7 @@ fn differs(before: Before, (command, code, done, input, value): Line<'_>) -> Opt
         _ => ring.address.clone(),
     };
     let bus = format!("modbus-tcp://{address}?timeout_ms=200");
-    let output = Command::new(PROGRAM)
+    let output = program()
         .args(command.split(' '))
         .args(["--bus", &bus, "--at", "0", "--model", model, "--format", "json"])
         // Else the old values are kept in the folder of the test.
@@ -375,7 +383,7 @@ fn converses(before: Before, command: &str, questions: &[Question<'_>], code: i3
     let model = if matches!(before, Before::MagnetAway) { "la-66" } else { "ce-65-m" };
     let bus = format!("modbus-tcp://{}", ring.address);
     let (mut master, other) = terminal();
-    let mut running = Command::new(PROGRAM)
+    let mut running = program()
         .args(command.split(' '))
         .args(["--bus", &bus, "--at", "0", "--model", model])
         .stdin(other)
@@ -449,11 +457,8 @@ fn a_check_with_nothing_to_write_says_no_more_than_it_did() {
     let ring = Ring::start(Before::NotAccepted);
     let bus = format!("modbus-tcp://{}", ring.address);
     let command = ["write", "numerator", "5000", "--check", "--yes"];
-    let output = Command::new(PROGRAM)
-        .args(command)
-        .args(["--bus", &bus, "--at", "0", "--model", "ce-65-m"])
-        .output()
-        .unwrap();
+    let output =
+        program().args(command).args(["--bus", &bus, "--at", "0", "--model", "ce-65-m"]).output().unwrap();
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(told.contains("checked, read back; nothing had to be written"), "{told}");
     assert_eq!(ring.client().input(), 0x1000);
@@ -465,7 +470,7 @@ fn a_wrong_model_is_told_as_that_where_the_words_show_it() {
     let bus = format!("modbus-tcp://{}", ring.address);
     let read = |parameter: &str, model: &str| {
         let arguments = ["read", parameter, "--bus", &bus, "--at", "0", "--model", model];
-        let output = Command::new(PROGRAM).args(arguments).output().unwrap();
+        let output = program().args(arguments).output().unwrap();
         assert_eq!(output.status.code(), Some(3));
         String::from_utf8(output.stdout).unwrap()
     };
@@ -477,7 +482,7 @@ fn a_wrong_model_is_told_as_that_where_the_words_show_it() {
     assert!(read("05", "ce-100-m").contains("a la-66 and a ce-65-m have no service 05"));
     // An LA-66 has one status bit; this encoder shows another.
     let check = ["check", "--yes", "--bus", &bus, "--at", "0", "--model", "la-66"];
-    let output = Command::new(PROGRAM).args(check).output().unwrap();
+    let output = program().args(check).output().unwrap();
     let told = String::from_utf8(output.stdout).unwrap();
     assert!(told.contains("a la-66 never shows the bits 0080: is --model right?"), "{told}");
     let note = "note: the OUT word of position 0 is needed for this: the PLC must not write it meanwhile\n";
@@ -491,7 +496,7 @@ fn interrupted_after_the_first_write_nobody_says_that_nothing_was_sent() {
     let ring = Ring::of(&format!("{CE_65_M}{times}"), "");
     let bus = format!("modbus-tcp://{}", ring.address);
     let command = ["program", "--bus", &bus, "--at", "0", "--model", "ce-65-m", "--yes", "--no-backup"];
-    let program = Command::new(PROGRAM)
+    let program = program()
         .args(command)
         .args(["rotary", "--steps-per-turn", "1000", "--turns", "3.5"])
         .stdout(Stdio::piped())

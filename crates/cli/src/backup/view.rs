@@ -4,13 +4,13 @@ use std::fmt;
 
 use encoring_bus::master::MasterError;
 use encoring_words::InWord;
+use encoring_workshop::KeptEncoder;
 use encoring_workshop::reading::Readings;
-use encoring_workshop::{KeptEncoder, MachineMark};
 use serde::Serialize;
 
 use crate::arguments::bus::Target;
 use crate::output::Answer;
-use crate::told::{FailureView, ParameterView, TargetView};
+use crate::told::{FailureView, MarkView, ParameterView, TargetView};
 
 #[derive(Serialize)]
 pub(super) struct BackupView {
@@ -35,21 +35,6 @@ pub(super) struct EncoderView {
     failures: Vec<FailureView>,
     /// Why nothing of it was read.
     failed: Option<String>,
-}
-
-/// A mark on the machine.
-#[derive(Serialize)]
-struct MarkView {
-    name: String,
-    shown: u32,
-    reference: Option<String>,
-}
-
-impl MarkView {
-    fn new(mark: &MachineMark) -> Self {
-        let reference = mark.reference.map(|reference| reference.to_string());
-        Self { name: mark.name.clone(), shown: mark.shown, reference }
-    }
 }
 
 impl EncoderView {
@@ -133,10 +118,7 @@ impl fmt::Display for EncoderView {
             return writeln!(f, "not read: {failed}");
         }
         self.parameters.iter().try_for_each(|parameter| writeln!(f, "{parameter}"))?;
-        for MarkView { name, shown, reference } in &self.marks {
-            let reference = reference.as_ref().map(|reference| format!(" ({reference})"));
-            writeln!(f, "mark {name:?}{}: {shown}", reference.unwrap_or_default())?;
-        }
+        self.marks.iter().try_for_each(|mark| writeln!(f, "{mark}"))?;
         self.failures.iter().try_for_each(|failure| writeln!(f, "{failure}"))
     }
 }

@@ -14,11 +14,12 @@ use serde::Serialize;
 
 use crate::arguments::bus::Target;
 use crate::calculation::Note;
+use crate::noted::{Earlier, EarlierView};
 use crate::output::Answer;
 use crate::told::{FailureView, Shown, StatusView, TargetView};
 
 #[derive(Serialize)]
-pub(super) struct ProgramView {
+pub(crate) struct ProgramView {
     #[serde(flatten)]
     target: TargetView,
     /// `verified`, `already_programmed`, `planned`, `not_begun`, `taken_back` or `incomplete`.
@@ -34,6 +35,8 @@ pub(super) struct ProgramView {
     after: Option<Shown>,
     /// The file that holds the old values.
     backup: Option<String>,
+    /// A command that was begun here before and is not known to have ended.
+    journal: Option<EarlierView>,
     /// What to know of these values.
     warnings: Vec<String>,
     text: Vec<String>,
@@ -92,6 +95,7 @@ impl ProgramView {
             before: None,
             after: None,
             backup: None,
+            journal: None,
             warnings: Vec::new(),
             text: Vec::new(),
             answer: Answer::Yes,
@@ -140,10 +144,31 @@ impl ProgramView {
     }
 
     /// With what there is to know of a range.
-    pub(super) fn warned(mut self, warnings: &[Note]) -> Self {
+    pub(crate) fn warned(mut self, warnings: &[Note]) -> Self {
         self.warnings =
             warnings.iter().map(|warning| format!("{}: {}", warning.topic, warning.text)).collect();
         self
+    }
+
+    /// With what was begun here before.
+    pub(super) fn after(mut self, earlier: Option<&Earlier>) -> Self {
+        self.journal = earlier.map(Earlier::view);
+        self
+    }
+
+    /// The model whose services were used.
+    pub(crate) const fn model(&self) -> &'static str {
+        self.target.model
+    }
+
+    /// Whether a value is wanted that was not there.
+    pub(crate) fn differs(&self) -> bool {
+        self.parameters.iter().any(|row| row.wanted.is_some() && row.wanted != row.before)
+    }
+
+    /// Whether the encoder now holds what was wanted.
+    pub(crate) fn is_in_order(&self) -> bool {
+        matches!(self.result, "verified" | "already_programmed")
     }
 
     /// An error that is pending at the end is no success, whatever was done.
@@ -190,7 +215,7 @@ impl ProgramView {
         }
     }
 
-    pub(super) const fn answer(&self) -> Answer {
+    pub(crate) const fn answer(&self) -> Answer {
         self.answer
     }
 }

@@ -8,9 +8,16 @@ mod program;
 mod replay;
 mod ring;
 mod ssi;
+mod workshop;
 
 use std::io::Write;
+use std::path::Path;
 use std::process::{Command, Stdio};
+
+/// The user's folder for states.
+fn states() -> String {
+    format!("{}/states-{}", env!("CARGO_TARGET_TMPDIR"), std::process::id())
+}
 
 /// What a run left behind.
 struct Run {
@@ -21,9 +28,16 @@ struct Run {
 
 /// Runs `encoring` at the root of the workspace, with these arguments and this standard input.
 fn encoring<S: AsRef<std::ffi::OsStr>>(arguments: &[S], input: &[u8]) -> Run {
+    encoring_in(Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../..")), arguments, input)
+}
+
+/// The same in another folder.
+fn encoring_in<S: AsRef<std::ffi::OsStr>>(folder: &Path, arguments: &[S], input: &[u8]) -> Run {
     let mut child = Command::new(env!("CARGO_BIN_EXE_encoring"))
         .args(arguments)
-        .current_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+        .current_dir(folder)
+        // The journal of whoever runs the tests is left alone.
+        .env("XDG_STATE_HOME", states())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

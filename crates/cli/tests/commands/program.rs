@@ -16,6 +16,7 @@ fn every_command_explains_itself_with_examples() {
         "preset",
         "check",
         "backup",
+        "restore",
         "probe",
         "watch",
         "log",

@@ -1,0 +1,124 @@
+//! The journal as commands use it: what is being programmed is noted before the first write, and told to whoever comes
+//! after a command that was killed.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use clap::Args;
+use encoring_words::Parameter;
+use encoring_workshop::journal::{EncoderPlace, Found, Intent, Journal};
+use etcetera::BaseStrategy;
+use serde::Serialize;
+
+use crate::bus::Opened;
+use crate::output::{Failure, bad_input, note};
+
+/// Where is noted what is being programmed.
+#[derive(Args, Debug, Clone)]
+pub(crate) struct JournalFolder {
+    /// Folder in which is noted what is being programmed [default: encoring/journal in the user's folder for states]
+    #[arg(long, value_name = "DIR", global = true)]
+    journal: Option<PathBuf>,
+}
+
+/// The journal's page of one encoder.
+pub(crate) struct Noted {
+    /// `None` if the user has no folder for it.
+    journal: Option<Journal>,
+    place: EncoderPlace,
+}
+
+/// A command that was begun on an encoder and is not known to have ended.
+#[derive(Clone)]
+pub(crate) struct Earlier {
+    pub(crate) intent: Intent,
+    pub(crate) found: Found,
+    text: Vec<String>,
+}
+
+/// The same as it is printed.
+#[derive(Serialize)]
+pub(crate) struct EarlierView {
+    command: String,
+    begun: String,
+    /// `untouched`, `part_written`, `all_written`, `other_unit` or `unknown`.
+    state: &'static str,
+    backups: Vec<String>,
+    text: Vec<String>,
+}
+
+impl JournalFolder {
+    /// The page of the encoder at a position; none for a simulated ring that forgets.
+    pub(crate) fn of(&self, opened: &Opened, position: usize) -> Option<Noted> {
+        let bus = opened.identity()?;
+        let journal = self.journal.clone().or_else(users_folder).map(Journal::in_folder);
+        Some(Noted { journal, place: EncoderPlace { bus, position } })
+    }
+}
+
+fn users_folder() -> Option<PathBuf> {
+    let folders = etcetera::choose_base_strategy().ok()?;
+    Some(folders.state_dir().unwrap_or_else(|| folders.data_dir()).join("encoring").join("journal"))
+}
+
+impl Noted {
+    /// Which encoder.
+    pub(crate) const fn place(&self) -> &EncoderPlace {
+        &self.place
+    }
+
+    /// What was begun here and is not known to have ended. `read` gives what a parameter holds now.
+    pub(crate) fn earlier(&self, read: impl Fn(Parameter) -> Option<u32>) -> Option<Earlier> {
+        match self.journal.as_ref()?.pending(&self.place) {
+            Ok(intent) => {
+                let intent = intent?;
+                let found = intent.found(&read);
+                let text = intent.told(found, read);
+                Some(Earlier { intent, found, text })
+            }
+            Err(error) => {
+                note(&format!("note: the journal is not believed: {error}"));
+                None
+            }
+        }
+    }
+
+    /// Notes what will be written; when this returns it is on the disk.
+    pub(crate) fn begin(&self, intent: &Intent) -> Result<(), Failure> {
+        let problem = match &self.journal {
+            Some(journal) => match journal.begin(intent) {
+                Ok(()) => return Ok(()),
+                Err(error) => error.to_string(),
+            },
+            None => "this user has no folder for it".to_owned(),
+        };
+        Err(bad_input(format!(
+            "what is being programmed cannot be noted, so nothing was written: {problem}; --journal DIR names a folder"
+        )))
+    }
+
+    /// What was begun has ended.
+    pub(crate) fn close(&self) {
+        if let Some(Err(error)) = self.journal.as_ref().map(|journal| journal.close(&self.place)) {
+            note(&format!("note: the journal's note stays, though the command has ended: {error}"));
+        }
+    }
+}
+
+impl Earlier {
+    pub(crate) fn view(&self) -> EarlierView {
+        EarlierView {
+            command: self.intent.command.clone(),
+            begun: self.intent.begun.clone(),
+            state: self.found.name(),
+            backups: self.intent.backups.clone(),
+            text: self.text.clone(),
+        }
+    }
+}
+
+impl fmt::Display for EarlierView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text.join("\n"))
+    }
+}

@@ -1,0 +1,178 @@
+//! Backups, and what becomes of them.
+
+use std::fs;
+use std::path::Path;
+
+use super::{Run, encoring_in};
+
+/// Every model at rest; a CE-100-M and a CE-65-M at 5000 steps of the shaft.
+const RING: &str = "version = 1\n\
+    [[device]]\nposition = 0\nmodel = \"la-66\"\nmotion = { kind = \"hold\", raw = 250_000 }\n\
+    [[device]]\nposition = 1\nmodel = \"ce-100-m\"\nmotion = { kind = \"hold\", raw = 5_000 }\n\
+    [[device]]\nposition = 2\nmodel = \"ce-65-m\"\nmotion = { kind = \"hold\", raw = 5_000 }\n";
+
+/// A folder with a ring that remembers.
+struct Bench(tempfile::TempDir);
+
+impl Bench {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("ring.toml"), RING).unwrap();
+        Self(folder)
+    }
+
+    fn path(&self) -> &Path {
+        self.0.path()
+    }
+
+    /// Runs a command on the ring.
+    fn run(&self, command: &str) -> Run {
+        let mut arguments = Vec::new();
+        // Words in quotes are one argument.
+        for (k, part) in command.split('\'').enumerate() {
+            match k % 2 {
+                0 => arguments.extend(part.split_whitespace().map(str::to_owned)),
+                _ => arguments.push(part.to_owned()),
+            }
+        }
+        let ring = ["--bus", "sim:ring.toml", "--state", "memories", "--journal", "journal"];
+        let journal = ["read", "write", "program", "restore", "replace"].contains(&arguments[0].as_str());
+        arguments.extend(ring[..if journal { 6 } else { 4 }].iter().map(|word| (*word).to_owned()));
+        encoring_in(self.path(), &arguments, b"")
+    }
+
+    /// Runs it, and gives its text if it ends with this code.
+    fn out(&self, command: &str, code: i32) -> String {
+        let Run { code: ended, out, err } = self.run(command);
+        assert_eq!(ended, Some(code), "{command}\n{out}{err}");
+        out + &err
+    }
+
+    fn file(&self, name: &str) -> String {
+        fs::read_to_string(self.path().join(name)).unwrap()
+    }
+}
+
+#[test]
+fn a_backup_says_what_is_in_the_encoder_and_is_restored_to_a_new_one() {
+    let bench = Bench::new();
+    bench.out("program --at 2 --yes rotary --steps-per-turn 1000 --turns 10", 0);
+    bench.out("backup axis.toml --at 2 --serial 4711 --firmware 41/1997 --mark 'stop left=0 mm'", 0);
+    let text = bench.file("axis.toml");
+    for line in [
+        "model = \"ce-65-m\"",
+        "native = 4096",
+        "serial = \"4711\"",
+        "firmware = \"41/1997\"",
+        "position = 2",
+        "unreadable = []",
+        "name = \"stop left\"",
+        "shown = 1220",
+        "reference_mm = 0",
+        "measuring_length = 9999    # service 02",
+    ] {
+        assert!(text.lines().any(|there| there == line), "{line}\n{text}");
+    }
+    assert!(bench.out("restore axis.toml --dry-run", 0).contains("everything is programmed already"));
+    // A new unit.
+    fs::remove_dir_all(bench.path().join("memories")).unwrap();
+    let differs = bench.out("restore axis.toml --dry-run", 1);
+    assert!(differs.contains("measuring_length    16777215      9999  16777215"), "{differs}");
+    let done = bench.out("restore axis.toml --yes", 0);
+    assert!(done.contains("done and verified: written, checked, read back"), "{done}");
+    let way = "at \"stop left\" (0 mm): encoring preset 1220 --bus sim:ring.toml --at 2";
+    assert!(done.contains(way), "{done}");
+    assert!(done.contains("at other places it is equal or one step lower"), "{done}");
+    bench.out("restore axis.toml --dry-run", 0);
+    assert_eq!(fs::read_dir(bench.path().join("journal")).unwrap().count(), 0);
+}
+
+#[test]
+fn marks_are_added_to_a_backup_as_long_as_the_encoder_holds_its_values() {
+    let bench = Bench::new();
+    bench.out("backup axis.toml --at 1", 0);
+    let first = bench.file("axis.toml");
+    bench.out("backup axis.toml --at 1", 0);
+    assert_eq!(bench.file("axis.toml"), first);
+    let refused = bench.out("backup axis.toml --at 1 --mark top", 2);
+    assert!(refused.contains("it is there already and was left as it is; --update adds marks"), "{refused}");
+    bench.out("backup axis.toml --update --mark top --mark 'zero=-12.5 deg' --label 'axis 3'", 0);
+    let text = bench.file("axis.toml");
+    assert!(text.contains("reference_deg = -12.5") && text.contains("label = \"axis 3\""), "{text}");
+    bench.out("preset 7 --at 1 --yes", 0);
+    let other = bench.out("backup axis.toml --update --mark top", 1);
+    assert!(other.contains("\"top\" is in the file with 5000, and 7 is shown now"), "{other}");
+    bench.out("write numerator 100 --at 1 --yes", 1);
+    bench.out("write measuring-length 999 --at 1 --yes", 0);
+    let differs = bench.out("backup axis.toml --update --mark more", 1);
+    assert!(differs.contains("measuring_length: 16777215 in the file, 999 in the encoder"), "{differs}");
+    assert_eq!(bench.file("axis.toml"), text);
+    let nowhere = bench.out("backup axis.toml --update --at 2", 2);
+    assert!(nowhere.contains("axis.toml: position 2 is not in the file"), "{nowhere}");
+}
+
+#[test]
+fn a_ring_is_kept_in_one_file_from_which_each_encoder_can_be_restored() {
+    let bench = Bench::new();
+    bench.out("backup ring-backup.toml", 0);
+    let which = bench.out("restore ring-backup.toml --dry-run", 2);
+    assert!(which.contains("which one? --at POSITION tells; it holds the encoders at 0, 1, 2"), "{which}");
+    bench.out("write measuring-length 999 --at 0 --yes", 0);
+    bench.out("restore ring-backup.toml --at 0 --dry-run", 1);
+    bench.out("restore ring-backup.toml --at 0 --yes", 0);
+    for at in 0..3 {
+        bench.out(&format!("restore ring-backup.toml --at {at} --dry-run"), 0);
+    }
+    bench.out("backup again.toml --like ring-backup.toml", 0);
+    let one = bench.out("backup third.toml --like ring-backup.toml --mark here", 2);
+    assert!(one.contains("--mark is of one encoder, and 3 are meant"), "{one}");
+}
+
+#[test]
+fn another_model_is_refused_unless_it_is_named_and_what_it_lacks_is_listed() {
+    let bench = Bench::new();
+    bench.out("backup axis.toml --at 2", 0);
+    let other = bench.out("restore axis.toml --at 1 --yes", 1);
+    assert!(other.contains("axis.toml is of a ce-65-m, the encoder at position 1 is a ce-100-m"), "{other}");
+    assert!(
+        other.contains("nothing was written. --as ce-100-m carries its values over, but not:"),
+        "{other}"
+    );
+    let carried = bench.out("restore axis.toml --at 1 --as ce-100-m --yes", 0);
+    assert!(carried.contains("not carried over: ssi_values = 24: a ce-100-m has no service 0D"), "{carried}");
+    let rod = bench.out("restore axis.toml --at 0 --as la-66 --yes", 1);
+    assert!(rod.contains("its values make no sense there; nothing was written"), "{rod}");
+    let not_it = bench.out("restore axis.toml --at 2 --as ce-100-m --yes", 1);
+    assert!(not_it.contains("--as ce-100-m: the encoder at position 2 is a ce-65-m"), "{not_it}");
+    let typed = bench.out("restore axis.toml --at 2 --model ce-65-m --yes", 2);
+    assert!(typed.contains("the model is that of the file, ce-65-m"), "{typed}");
+}
+
+#[test]
+fn files_that_are_no_backups_write_nothing() {
+    let bench = Bench::new();
+    bench.out("backup axis.toml --at 2", 0);
+    let whole = bench.file("axis.toml");
+    for (name, text, says) in [
+        ("cut.toml", whole[..whole.len() / 2].to_owned(), "cut.toml"),
+        ("foreign.toml", "[package]\nname = \"x\"\n".to_owned(), "foreign.toml line 1: unknown field"),
+        ("later.toml", whole.replace("version = 1", "version = 2"), "this program reads version 1"),
+        (
+            "edited.toml",
+            whole.replace("denominator = 1 ", "denominator = 0 "),
+            "edited.toml line 20: denominator = 0; allowed are 1 to 99",
+        ),
+        ("empty.toml", String::new(), "missing field `version`"),
+    ] {
+        fs::write(bench.path().join(name), text).unwrap();
+        let refused = bench.out(&format!("restore {name} --at 2 --yes"), 2);
+        assert!(refused.contains(says), "{name}: {refused}");
+    }
+    bench.out("restore axis.toml --dry-run", 0);
+    assert!(bench.out("restore missing.toml --at 2 --yes", 2).contains("missing.toml: "));
+    // Legal one by one, and not together.
+    let together = whole.replace("numerator = 4096 ", "numerator = 1 ");
+    fs::write(bench.path().join("together.toml"), together).unwrap();
+    let refused = bench.out("restore together.toml --yes", 1);
+    assert!(refused.contains("the data check would refuse these values together"), "{refused}");
+}
