@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use encoring_host::scaling::Ratio;
 use encoring_ring::ENCODERS_MAX;
 use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::parameter::PARAMETERS;
@@ -102,21 +103,11 @@ pub(crate) fn value(text: &str) -> Result<u32, String> {
 
 /// A length in millimetres with at most two decimals [D40], as micrometres.
 pub(crate) fn millimetres(text: &str) -> Result<u32, String> {
-    if text.contains(',') {
-        return Err(format!("write the decimals behind a point: {}", text.replace(',', ".")));
-    }
-    micrometres(text).ok_or_else(|| {
+    let length = range::number(text)?;
+    let hundredths = length.times(Ratio::from(100)).filter(|hundredths| hundredths.is_whole());
+    hundredths.and_then(|hundredths| u32::try_from(hundredths.numerator() * 10).ok()).ok_or_else(|| {
         "not a length in millimetres from 0.01 to 167772.15, with at most two decimals".to_owned()
     })
-}
-
-fn micrometres(text: &str) -> Option<u32> {
-    let (whole, decimals) = text.split_once('.').unwrap_or((text, "0"));
-    let digits = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
-    if !digits(whole) || !digits(decimals) || decimals.len() > 2 {
-        return None;
-    }
-    format!("{whole}{decimals:0<3}").parse().ok()
 }
 
 #[cfg(test)]

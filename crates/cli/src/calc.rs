@@ -1,9 +1,11 @@
 //! `encoring calc`: what to program for a range, word by word.
 
+mod explain;
 mod text;
 mod view;
 
 use clap::{Args, Subcommand};
+use encoring_host::scaling::Shaft;
 use encoring_words::Model;
 use encoring_words::model::{MODELS, SensorKind};
 
@@ -22,7 +24,9 @@ values (2^14), and what works instead is shown; 2: bad input.
 Examples:
   encoring calc rotary --steps-per-turn 1000 --turns 3.5
   encoring calc rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2
-  encoring calc linear --length-mm 500 --resolution-mm 0.01")]
+  encoring calc rotary --travel-mm 50000 --mm-per-turn 3330
+  encoring calc linear --length-mm 500 --resolution-mm 0.01
+  encoring calc explain --length 9999 --numerator 10 --denominator 1")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
     encoder: Encoder,
@@ -35,6 +39,7 @@ pub(crate) struct Arguments {
 enum Encoder {
     Rotary(RotaryArguments),
     Linear(LinearArguments),
+    Explain(explain::Arguments),
 }
 
 /// For a shaft: services 02, 03 and 09 of a CE-100-M or CE-65-M
@@ -45,6 +50,7 @@ enum Encoder {
 Examples:
   encoring calc rotary --steps-per-turn 1000 --turns 3.5
   encoring calc rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2
+  encoring calc rotary --travel-mm 50000 --mm-per-turn 3330
   encoring calc rotary --steps-per-turn 8192 --turns 2048 --native 8192 --model ce-65-m")]
 struct RotaryArguments {
     #[command(flatten)]
@@ -55,16 +61,27 @@ struct RotaryArguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let view = match &arguments.encoder {
-        Encoder::Rotary(rotary) => rotary_view(rotary)?,
-        Encoder::Linear(linear) => linear_view(linear)?,
+    let output = arguments.output;
+    let usable = match &arguments.encoder {
+        Encoder::Rotary(rotary) => printed(output, &rotary_view(rotary)?)?,
+        Encoder::Linear(linear) => printed(output, &linear_view(linear)?)?,
+        Encoder::Explain(values) => {
+            let view = explain::view(values)?;
+            output.print(&view)?;
+            view.usable()
+        }
     };
-    arguments.output.print(&view)?;
-    Ok(if view.usable() { Answer::Yes } else { Answer::No })
+    Ok(if usable { Answer::Yes } else { Answer::No })
 }
 
-fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
-    let TypeLabel { model, native } = arguments.label;
+fn printed(output: Output, view: &CalcView) -> Result<bool, Failure> {
+    output.print(view)?;
+    Ok(view.usable())
+}
+
+/// The shaft that a type label describes.
+fn shaft_of(label: TypeLabel) -> Result<Shaft, Failure> {
+    let TypeLabel { model, native } = label;
     if let Some(model) = model.filter(|model| model.sensor_kind() == SensorKind::Linear) {
         return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
     }
@@ -72,13 +89,22 @@ fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
     let Some(of) = model.or_else(|| scaled().find(built)) else {
         return Err(bad_input("--native: no encoder with these steps per turn can be scaled"));
     };
-    Ok(CalcView::rotary(&rotary_range(&arguments.range, shaft(of, native)?, model)?))
+    shaft(of, native)
+}
+
+fn rotary_view(arguments: &RotaryArguments) -> Result<CalcView, Failure> {
+    let shaft = shaft_of(arguments.label)?;
+    Ok(CalcView::rotary(&rotary_range(&arguments.range, shaft, arguments.label.model)?))
+}
+
+/// The model with a rod.
+fn rod() -> Result<Model, Failure> {
+    let found = MODELS.into_iter().find(|model| model.sensor_kind() == SensorKind::Linear);
+    found.ok_or_else(|| bad_input("there is no encoder with a rod"))
 }
 
 fn linear_view(arguments: &LinearArguments) -> Result<CalcView, Failure> {
-    let Some(model) = MODELS.into_iter().find(|model| model.sensor_kind() == SensorKind::Linear) else {
-        return Err(bad_input("there is no encoder with a rod"));
-    };
+    let model = rod()?;
     let found = linear_range(arguments, model)?;
     Ok(CalcView::linear(arguments.length_mm, arguments.resolution_mm, model, found))
 }

@@ -4,9 +4,10 @@ use std::fmt;
 
 use encoring_host::request::Request;
 use encoring_host::scaling::{
-    Choice, Deviation, Fraction, Linear, Ratio, Rotary, RotaryScaling, Rounding, Shaft, ZeroRisk,
+    Axis, Choice, Deviation, Fraction, Linear, Proposal, Purpose, Ratio, Rotary, RotaryScaling, Rounding,
+    Shaft, Turns, ZeroRisk,
 };
-use encoring_words::model::{Demand, Effect, Listed, MODELS, Series, Takes};
+use encoring_words::model::{Demand, Effect, Listed, MODELS, SENSOR_TURNS, Series, Takes};
 use encoring_words::{Model, Parameter, Service};
 use serde::Serialize;
 
@@ -18,7 +19,7 @@ const INDENT: usize = 10;
 const WIDTH: usize = 80;
 
 /// A sentence or two on one topic.
-#[derive(Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(crate) struct Note {
     pub(crate) topic: &'static str,
     pub(crate) text: String,
@@ -45,6 +46,11 @@ impl Note {
     /// What whoever programs it must know.
     pub(crate) const fn warning(topic: &'static str, text: String) -> Self {
         Self { topic, text, weight: Weight::Warning }
+    }
+
+    /// What is good to know.
+    pub(crate) fn remark(topic: &'static str, text: String) -> Self {
+        note(topic, text)
     }
 
     pub(crate) fn warns(&self) -> bool {
@@ -81,6 +87,65 @@ pub(crate) struct Asked {
     pub(crate) shaft: Shaft,
     pub(crate) model: Option<Model>,
     pub(crate) found: Rotary,
+    /// If the turns were found for an axis.
+    pub(crate) advice: Option<Advice>,
+}
+
+/// The turns that an axis is advised to take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Advice {
+    pub(crate) axis: Axis,
+    /// What was asked for; `None`: as many as there can be.
+    pub(crate) wanted: Option<Ratio>,
+    pub(crate) taken: Proposal,
+}
+
+impl Advice {
+    /// # Errors
+    /// That no number of turns is enough.
+    pub(crate) fn new(axis: Axis, wanted: Option<Ratio>, shaft: Shaft) -> Result<Self, String> {
+        let taken = axis
+            .advice(wanted, shaft)
+            .and_then(|purpose| axis.proposal(purpose, wanted, shaft))
+            .ok_or_else(|| {
+                let turns = axis.turns().map(show).unwrap_or_default();
+                format!(
+                    "--travel-mm {} needs {turns} turns and a reserve of {} mm; there are {}..{} turns: a gear is needed",
+                    show(axis.travel),
+                    show(axis.reserve),
+                    Fraction::fewest(shaft),
+                    Fraction::most(shaft).numerator(),
+                )
+            })?;
+        Ok(Self { axis, wanted, taken })
+    }
+
+    pub(crate) fn steps_per_turn(&self) -> Ratio {
+        self.taken.rotary.scaling.steps_per_turn()
+    }
+
+    pub(crate) fn turns(&self) -> Turns {
+        Turns::from(self.taken.rotary.scaling.fraction)
+    }
+
+    /// Every proposal that there is, whether taken or not.
+    pub(crate) fn proposals(&self, shaft: Shaft) -> impl Iterator<Item = Proposal> {
+        let purposes = [Purpose::Travel, Purpose::Reserve, Purpose::Safe];
+        purposes.into_iter().filter_map(move |purpose| self.axis.proposal(purpose, self.wanted, shaft))
+    }
+
+    fn note(&self) -> Note {
+        let Axis { travel, reserve, per_turn } = self.axis;
+        let text = format!(
+            "{} mm of travel at {} mm a turn are {} turns; the range is to reach at least {} mm further, so that the end of \
+             travel is not where the position wraps",
+            show(travel),
+            show(per_turn),
+            self.axis.turns().map(show).unwrap_or_default(),
+            show(reserve),
+        );
+        note("axis", text)
+    }
 }
 
 /// The services of a shaft's scaling.
@@ -94,6 +159,15 @@ pub(crate) fn scaled() -> impl Iterator<Item = Model> {
 /// What a calculation takes for the steps per turn if nobody says them.
 pub(crate) fn usual_steps_per_turn(model: Option<Model>) -> Option<u32> {
     model.or_else(|| scaled().next())?.steps_per_turn().first().copied()
+}
+
+/// What turns for an axis are for.
+const fn why(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Travel => "the travel alone: its end is next to the wrap",
+        Purpose::Reserve => "the fewest whole turns with the reserve",
+        Purpose::Safe => "the fewest turns with the reserve that keep the zero",
+    }
 }
 
 /// A number of things for people.
@@ -173,8 +247,19 @@ impl Asked {
         self.mm_per_turn?.over(self.found.scaling.steps_per_turn())
     }
 
+    /// Everything that whoever programs it must know.
     pub(crate) fn notes(&self) -> Vec<Note> {
-        let mut notes = vec![self.turns_note(), self.range_note()];
+        let mut notes = self.meaning();
+        if self.found.scaling.too_large(self.shaft).is_none() {
+            self.preset_notes(&mut notes);
+        }
+        notes
+    }
+
+    /// What the values mean, whether they are programmed already or not.
+    pub(crate) fn meaning(&self) -> Vec<Note> {
+        let mut notes: Vec<Note> = self.advice.as_ref().map(Advice::note).into_iter().collect();
+        notes.extend([self.turns_note(), self.range_note()]);
         let (found, scaling) = (&self.found, self.found.scaling);
         if !found.positions.is_whole() {
             notes.push(warning(
@@ -190,14 +275,19 @@ impl Asked {
         }
         self.limit_notes(&mut notes);
         notes.push(match scaling.zero_risk() {
-            ZeroRisk::Safe => {
-                note("zero", "safe: moving the shaft without supply cannot shift the position with this N/D")
-            }
+            ZeroRisk::Safe => note(
+                "zero",
+                format!(
+                    "safe: {}, so moving the shaft without supply cannot shift the position",
+                    sensor_turns(scaling.fraction, "a multiple")
+                ),
+            ),
             ZeroRisk::Shift { turns, steps } => warning(
                 "zero",
                 format!(
-                    "can be lost: after more than 512 turns without supply the position can come back wrong by \
+                    "can be lost: {}; after more than 512 turns without supply the position can come back wrong by \
                      {} ({}). Check it against a mark and make a preset adjustment.{}",
+                    sensor_turns(scaling.fraction, "no multiple"),
                     counted(steps, "step"),
                     counted(turns, "turn"),
                     promised(scaling.fraction),
@@ -218,9 +308,6 @@ impl Asked {
                 ),
             ));
         }
-        if scaling.too_large(self.shaft).is_none() {
-            self.preset_notes(&mut notes);
-        }
         notes
     }
 
@@ -228,6 +315,9 @@ impl Asked {
         let chosen = &self.found.chosen;
         let (fraction, wanted) = (chosen.fraction, show(chosen.wanted));
         let (most, finest) = self.shaft.largest_parts();
+        if let Some(advice) = &self.advice {
+            return note("turns", format!("{fraction}: {}", why(advice.taken.purpose)));
+        }
         let text = match chosen.choice {
             Choice::AsGiven if fraction.denominator() != 1 && chosen.wanted.is_whole() => format!(
                 "{fraction}, as given; for a whole number of turns the manual wants the denominator 1: --turns {wanted}"
@@ -383,6 +473,13 @@ fn checked_presets(model: Model, largest: u32) -> Option<Note> {
     );
     (!numbers.is_empty()).then(|| note("presets", text))
 }
+
+/// Why the zero is kept or not: the sensor tells 4096 turns apart [C29].
+fn sensor_turns(fraction: Fraction, relation: &str) -> String {
+    let (n, d) = (fraction.numerator(), fraction.denominator());
+    format!("{SENSOR_TURNS} * D = {} is {relation} of N = {n}", SENSOR_TURNS * d)
+}
+
 /// What the manual promises of a number of turns whose zero can be lost all the same [C29].
 fn promised(fraction: Fraction) -> &'static str {
     let turns = fraction.numerator() / fraction.denominator().max(1);

@@ -66,13 +66,23 @@ fn the_calculations_of_a_retrofit_as_text() {
         ("no_exact_fraction", 0, "rotary --steps-per-turn 1000 --turns 3.1416 --model ce-65-m"),
         ("all_that_it_has", 0, "rotary --steps-per-turn 8192 --turns 2048 --native 8192"),
         ("too_many_steps", 1, "rotary --steps-per-turn 5000 --turns 10"),
+        ("axis", 0, "rotary --travel-mm 50000 --mm-per-turn 3330 --model ce-65-m"),
+        ("axis_that_loses_steps", 0, "rotary --travel-mm 3000 --mm-per-turn 1 --native 8192"),
+        ("explained", 0, "explain --length 9999 --numerator 10 --mm-per-turn 5 --mm 12.503"),
+        (
+            "explained_falling",
+            0,
+            "explain --length 270Fh --numerator 0Ah --direction falling --model ce-65-m",
+        ),
+        ("explained_too_many_steps", 1, "explain --length 9999 --numerator 1"),
+        ("explained_rod", 0, "explain --length 50000 --rod-mm 500 --position 12500"),
         ("rod", 0, "linear --length-mm 500 --resolution-mm 0.01"),
         ("rod_with_a_rest", 0, "linear --length-mm 500 --resolution-mm 0.03"),
     ] {
         let (status, out, err) = calc(arguments);
         assert_eq!((status, err.as_str()), (Some(code), ""), "{arguments}");
         let widest = out.lines().map(str::len).max();
-        assert!(widest <= Some(82), "{arguments}: {widest:?}");
+        assert!(widest <= Some(92), "{arguments}: {widest:?}");
         insta::assert_snapshot!(name, out, &format!("encoring calc {arguments}"));
     }
 }
@@ -88,6 +98,133 @@ fn the_same_as_json() {
         let pretty = serde_json::to_string_pretty(&json(arguments)).unwrap();
         insta::assert_snapshot!(name, pretty, &format!("encoring calc {arguments} --format json"));
     }
+}
+
+#[test]
+fn as_many_decimals_are_taken_as_people_have() {
+    let makers = json("rotary --mm-per-turn 13.48073499 --resolution-mm 0.01 --turns 4096");
+    assert_eq!(values(&makers), [Some(5_521_708), Some(4096), Some(1)]);
+    let long = json("rotary --steps-per-turn 1000 --turns 3.43535355358774");
+    assert_eq!(values(&long), [Some(3434), Some(292), Some(85)]);
+    let drum = json("rotary --steps-per-turn 1000 --turns 50/3.33");
+    assert_eq!(values(&drum), [Some(15_014), Some(1006), Some(67)]);
+}
+
+#[test]
+fn a_point_that_may_stand_between_thousands_is_refused_with_both_meanings() {
+    for (typed, whole) in [("1.000", "1"), ("1,000", "1"), ("999.000", "999")] {
+        refused(
+            &format!("rotary --steps-per-turn {typed} --turns 1"),
+            &format!(
+                "error: invalid value '{typed}' for '--steps-per-turn <STEPS>': {whole}.000 can be {whole} or {whole}000: \
+                 write the one that is meant"
+            ),
+        );
+    }
+    for good in ["1000.000", "20.0", "20.00", "20.0000", "20.500"] {
+        assert_eq!(calc(&format!("rotary --steps-per-turn {good} --turns 10")).0, Some(0), "{good}");
+    }
+}
+
+#[test]
+fn the_turns_of_an_axis_are_found_with_a_reserve_and_the_zero_kept() {
+    let found = json("rotary --travel-mm 50000 --mm-per-turn 3330");
+    assert_eq!(values(&found), [Some(65_535), Some(16), Some(1)]);
+    assert_eq!(found["zero"]["safe"], true);
+    let proposals = found["axis"]["proposals"].as_array().unwrap();
+    let taken: Vec<_> = proposals.iter().filter(|proposal| proposal["taken"] == true).collect();
+    assert_eq!(taken.len(), 1);
+    assert_eq!((&taken[0]["purpose"], &taken[0]["range_mm"]), (&Value::from("safe"), &Value::from(53_280.0)));
+    // A larger reserve needs more turns; a resolution is kept before the zero.
+    assert_eq!(
+        values(&json("rotary --travel-mm 50000 --mm-per-turn 3330 --reserve-mm 4000"))[1..],
+        [Some(1024), Some(63)]
+    );
+    let fine = json("rotary --travel-mm 3000 --mm-per-turn 1 --resolution-mm 0.0002 --native 8192");
+    assert_eq!(values(&fine), [Some(15_749_999), Some(3150), Some(1)]);
+    refused(
+        "rotary --travel-mm 70000 --mm-per-turn 1",
+        "error: --travel-mm 70000 needs 70000 turns and a reserve of 3500 mm; there are 1/99..65535 turns: a gear is needed",
+    );
+}
+
+/// Numbers that come again with their seed.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, limit: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % limit
+    }
+}
+
+#[test]
+fn what_calc_finds_is_explained_back_for_random_ranges() {
+    const SEED: u64 = 11;
+    let mut numbers = Numbers(SEED);
+    let mut explained = 0;
+    for _ in 0..60 {
+        let steps = format!("{}.{}", 1 + numbers.below(4095), numbers.below(1000));
+        let turns = match numbers.below(3) {
+            0 => (1 + numbers.below(4096)).to_string(),
+            1 => format!("{}/{}", 1 + numbers.below(65_535), 1 + numbers.below(99)),
+            _ => format!("{}.{}", numbers.below(4000), 1 + numbers.below(9)),
+        };
+        let arguments = format!("rotary --steps-per-turn {steps} --turns {turns}");
+        let (code, out, _) = calc(&format!("{arguments} --format json"));
+        // Too few or too many positions.
+        if code == Some(2) {
+            continue;
+        }
+        let found: Value = serde_json::from_str(&out).unwrap();
+        let [Some(length), Some(numerator), Some(denominator)] = values(&found) else { panic!("{found}") };
+        let back =
+            json(&format!("explain --length {length} --numerator {numerator} --denominator {denominator}"));
+        let told = format!("seed {SEED}: {arguments}");
+        assert_eq!(back["steps_per_turn"], found["steps"]["steps_per_turn"], "{told}");
+        assert_eq!(back["turns"], found["fraction"]["turns"], "{told}");
+        assert_eq!((&back["zero"], &back["usable"]), (&found["zero"], &found["usable"]), "{told}");
+        let requests = found["sequence"].as_array().unwrap().iter();
+        let requests: Vec<_> =
+            requests.filter(|step| step["phase"] == "request").map(|step| &step["out"]).collect();
+        let words: Vec<_> =
+            back["words"].as_array().unwrap().iter().skip(1).map(|word| &word["word"]).collect();
+        assert_eq!(words, requests[..3], "{told}");
+        explained += 1;
+    }
+    assert!(explained >= 40, "{explained}");
+}
+
+#[test]
+fn places_and_positions_are_explained_both_ways() {
+    let values = "explain --length 9999 --numerator 10 --mm-per-turn 5";
+    for (asked, position) in
+        [("--mm 12.5", 2_500), ("--degrees 900", 2_500), ("--mm 0", 0), ("--mm 49.995", 9_999)]
+    {
+        let answer = json(&format!("{values} {asked}"));
+        assert_eq!(answer["places"][0]["position"], position, "{asked}");
+        assert_eq!(answer["preset"][1]["unsigned"], 0xC600_0000_u32 + position, "{asked}");
+        let back = json(&format!("{values} --position {position}"));
+        assert_eq!(back["places"], answer["places"], "{asked}");
+    }
+    for (asked, message) in [
+        ("--mm 50", "--mm 50 is beyond the last position, 9999: at 50 mm the position is 0 again"),
+        (
+            "--degrees 3600",
+            "--degrees 3600 is beyond the last position, 9999: at 3600 degrees the position is 0 again",
+        ),
+        ("--position 10000", "--position 10000 is beyond the last position, 9999"),
+    ] {
+        refused(&format!("{values} {asked}"), &format!("error: {message}"));
+    }
+    refused(
+        "explain --length 15 --numerator 1",
+        "error: --length 15 (Fh) is outside 16..16777215 (10h..FFFFFFh)",
+    );
+    refused(
+        "explain --length 99 --numerator 1 --mm 1",
+        "error: --mm needs --mm-per-turn, or --rod-mm of a rod",
+    );
 }
 
 #[test]
@@ -212,15 +349,14 @@ fn what_is_no_number_above_0_is_refused_with_what_is_allowed() {
              point, like 12 or 0.01; {number}"
         ),
     );
-    let turns = "allowed is a number like 3.5 or 7/2, above 0";
+    let turns = "allowed is a number like 3.5, 7/2 or 50/3.33, above 0";
     for (given, problem) in [
         ("0", "not above 0"),
         ("-3.5", "not above 0"),
         ("7/0", "not above 0"),
         ("-7/2", "not above 0"),
-        ("3.5/2", "not a fraction of two whole numbers, like 7/2"),
-        ("7/", "not a fraction of two whole numbers, like 7/2"),
-        ("1234567890", "more than 9 digits before or behind the point"),
+        ("7/", "not a fraction of two numbers, like 7/2 or 50/3.33"),
+        ("1234567890", "more than 9 digits before the point or 15 behind it"),
     ] {
         refused(
             &format!("rotary --steps-per-turn 1000 --turns {given}"),
@@ -324,6 +460,7 @@ fn it_explains_itself_with_examples() {
         ("--help", "Examples:\n  encoring calc rotary"),
         ("rotary --help", "Examples:\n  encoring calc rotary"),
         ("linear --help", "Examples:\n  encoring calc linear"),
+        ("explain --help", "Examples:\n  encoring calc explain"),
     ] {
         let (code, out, err) = calc(arguments);
         assert_eq!((code, err.as_str()), (Some(0), ""));
@@ -388,8 +525,11 @@ fn an_encoder_takes_the_words_and_counts_as_calculated() {
 #[test]
 fn the_page_for_users_shows_what_the_program_prints() {
     let page = include_str!("../../../docs/calc.md");
-    let (_, example) = page.split_once("$ encoring calc ").unwrap();
-    let (command, rest) = example.split_once('\n').unwrap();
-    let (documented, _) = rest.split_once("```").unwrap();
-    assert_eq!(calc(command).1, documented);
+    let examples: Vec<&str> = page.split("$ encoring calc ").skip(1).collect();
+    assert!(examples.len() >= 3);
+    for example in examples {
+        let (command, rest) = example.split_once('\n').unwrap();
+        let (documented, _) = rest.split_once("```").unwrap();
+        assert_eq!(calc(command).1, documented, "{command}");
+    }
 }

@@ -16,16 +16,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod axis;
 mod fraction;
 mod linear;
+mod place;
 mod ratio;
 mod rotary;
 mod sequence;
 mod shaft;
 
+pub use axis::{Axis, Proposal, Purpose};
 pub use fraction::{Choice, Chosen, Fraction, Turns, TurnsOutside};
 pub use linear::{Linear, LinearScaling, ResolutionOutside, linear};
-pub use ratio::{Deviation, NumberError, Ratio, Rounded, Rounding};
+pub use ratio::{DecimalError, Deviation, Ratio, Rounded, Rounding};
 pub use rotary::{LengthOutside, Rotary, RotaryError, RotaryScaling, TooLarge, ZeroRisk, rotary};
-pub use sequence::{Expected, HandshakeStep, HandshakeWord};
+pub use sequence::{Expected, HandshakeStep, HandshakeWord, preset_adjustment};
 pub use shaft::Shaft;

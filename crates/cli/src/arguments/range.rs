@@ -5,13 +5,13 @@ use std::str::FromStr;
 use clap::{Args, Subcommand};
 use encoring_host::RequestError;
 use encoring_host::scaling::{
-    LengthOutside, Linear, NumberError, Ratio, ResolutionOutside, RotaryError, Rounding, Shaft, Turns,
+    Axis, DecimalError, LengthOutside, Linear, Ratio, ResolutionOutside, RotaryError, Rounding, Shaft, Turns,
     TurnsOutside, linear, rotary,
 };
 use encoring_words::model::SensorKind;
 use encoring_words::{Model, Parameter};
 
-use crate::calculation::{Asked, Note, SCALING, linear_notes, usual_steps_per_turn};
+use crate::calculation::{Advice, Asked, Note, SCALING, linear_notes, usual_steps_per_turn};
 use crate::output::ratio::{cut, show};
 use crate::output::{Failure, bad_input};
 
@@ -19,7 +19,7 @@ use crate::output::{Failure, bad_input};
 #[derive(Subcommand, Debug)]
 pub(crate) enum Range {
     /// For a shaft: the measuring length, numerator and denominator of this range, as `calc rotary` finds them
-    Rotary(RotaryRange),
+    Rotary(Box<RotaryRange>),
     /// For a rod: the measuring length of this resolution, as `calc linear` finds it
     Linear(LinearArguments),
 }
@@ -29,12 +29,11 @@ pub(crate) enum Range {
 pub(crate) struct RotaryRange {
     /// Steps that one turn of the shaft shall count
     #[arg(long, value_name = "STEPS", value_parser = number, allow_hyphen_values = true,
-          required_unless_present = "mm_per_turn", conflicts_with_all = ["mm_per_turn", "resolution_mm"])]
+          required_unless_present = "mm_per_turn", conflicts_with = "resolution_mm")]
     pub(crate) steps_per_turn: Option<Ratio>,
 
     /// Instead of the steps: how far the machine moves in one turn of the shaft
-    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
-          requires = "resolution_mm")]
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     pub(crate) mm_per_turn: Option<Ratio>,
 
     /// With --mm-per-turn: what one step shall be
@@ -43,8 +42,19 @@ pub(crate) struct RotaryRange {
     pub(crate) resolution_mm: Option<Ratio>,
 
     /// Turns until the position begins again at 0: a decimal or a fraction
-    #[arg(long, value_name = "TURNS", value_parser = turns, allow_hyphen_values = true)]
-    pub(crate) turns: Turns,
+    #[arg(long, value_name = "TURNS", value_parser = turns, allow_hyphen_values = true,
+          required_unless_present = "travel_mm")]
+    pub(crate) turns: Option<Turns>,
+
+    /// Instead of the turns, with --mm-per-turn: how far a linear axis travels
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
+          requires = "mm_per_turn", conflicts_with = "turns")]
+    pub(crate) travel_mm: Option<Ratio>,
+
+    /// How much further than the travel the range must reach [default: a twentieth of the travel]
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
+          requires = "travel_mm")]
+    pub(crate) reserve_mm: Option<Ratio>,
 }
 
 /// For a rod: service 02 of an LA-66
@@ -63,26 +73,34 @@ pub(crate) struct LinearArguments {
 }
 
 /// A number above 0.
-fn number(text: &str) -> Result<Ratio, String> {
+pub(crate) fn number(text: &str) -> Result<Ratio, String> {
     parse(text, "like 12 or 0.01, above 0")
 }
 
 /// A number of turns.
 fn turns(text: &str) -> Result<Turns, String> {
-    parse(text, "like 3.5 or 7/2, above 0")
+    parse(text, "like 3.5, 7/2 or 50/3.33, above 0")
 }
 
-fn parse<T: FromStr<Err = NumberError>>(text: &str, allowed: &str) -> Result<T, String> {
-    text.parse().map_err(|error| {
-        let pointed: String = text.chars().filter(|c| !c.is_whitespace()).collect();
-        let pointed = pointed.replacen(',', ".", 1);
-        match error {
-            NumberError::Comma if pointed.parse::<T>().is_ok() => {
-                format!("write the decimals behind a point: {pointed}")
-            }
-            error => format!("{error}; allowed is a number {allowed}"),
-        }
-    })
+fn parse<T: FromStr<Err = DecimalError>>(text: &str, allowed: &str) -> Result<T, String> {
+    T::from_str(text).map_err(|error| refusal(text, error, |pointed| T::from_str(pointed).err(), allowed))
+}
+
+/// Why a text is no decimal number. `read` reads what it would be with a point in place of the comma.
+pub(crate) fn refusal(
+    text: &str,
+    error: DecimalError,
+    read: impl Fn(&str) -> Option<DecimalError>,
+    allowed: &str,
+) -> String {
+    let pointed: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let pointed = pointed.replace(',', ".");
+    match (error, read(&pointed)) {
+        (DecimalError::Comma, None) => format!("write the decimals behind a point: {pointed}"),
+        (DecimalError::Comma, Some(error @ DecimalError::Thousands { .. }))
+        | (error @ DecimalError::Thousands { .. }, _) => error.to_string(),
+        (error, _) => format!("{error}; allowed is a number {allowed}"),
+    }
 }
 
 /// The shaft of a model with these steps per turn, or with the usual ones.
@@ -101,24 +119,44 @@ pub(crate) fn rotary_range(
     shaft: Shaft,
     model: Option<Model>,
 ) -> Result<Asked, Failure> {
-    let steps_per_turn = match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
-        (Some(steps), ..) => Some(steps),
-        (None, Some(mm), Some(resolution)) => mm.over(resolution),
-        // The arguments exclude each other and need each other.
+    let wanted = steps_per_turn(range)?;
+    let axis = match (range.travel_mm, range.mm_per_turn) {
+        (Some(travel), Some(per_turn)) => {
+            let usual = Axis::new(travel, per_turn);
+            Some(Axis { reserve: range.reserve_mm.unwrap_or(usual.reserve), ..usual })
+        }
         _ => None,
     };
-    let Some(steps_per_turn) = steps_per_turn else {
-        return Err(bad_input(
-            "--mm-per-turn and --resolution-mm have too many digits to be divided exactly",
-        ));
+    let advice = axis.map(|axis| Advice::new(axis, wanted, shaft)).transpose().map_err(bad_input)?;
+    let (steps_per_turn, turns) = match (&advice, wanted, range.turns) {
+        (Some(advice), wanted, _) => (wanted.unwrap_or(advice.steps_per_turn()), advice.turns()),
+        (None, Some(steps), Some(turns)) => (steps, turns),
+        _ => return Err(bad_input("--mm-per-turn needs --resolution-mm, or --travel-mm for the finest")),
     };
-    let found = rotary(steps_per_turn, range.turns, shaft).map_err(|error| match error {
-        RotaryError::Turns(outside) => bad_input(turns_outside(range.turns, outside)),
+    let found = rotary(steps_per_turn, turns, shaft).map_err(|error| match error {
+        RotaryError::Turns(outside) => bad_input(turns_outside(turns, outside)),
         RotaryError::Length(outside) => {
-            bad_input(length_outside(steps_per_turn, range.turns, range.mm_per_turn, outside))
+            bad_input(length_outside(steps_per_turn, turns, range.mm_per_turn, outside))
         }
     })?;
-    Ok(Asked { steps_per_turn, mm_per_turn: range.mm_per_turn, shaft, model, found })
+    Ok(Asked { steps_per_turn, mm_per_turn: range.mm_per_turn, shaft, model, found, advice })
+}
+
+/// The steps per turn that a range asks for; `None` if as many as there can be.
+fn steps_per_turn(range: &RotaryRange) -> Result<Option<Ratio>, Failure> {
+    match (range.steps_per_turn, range.mm_per_turn, range.resolution_mm) {
+        (Some(_), Some(_), _) if range.travel_mm.is_none() => Err(bad_input(
+            "--steps-per-turn and --mm-per-turn are two ways to say the same: give one of them",
+        )),
+        (Some(steps), ..) => Ok(Some(steps)),
+        (None, Some(mm), Some(resolution)) => match mm.over(resolution) {
+            None => {
+                Err(bad_input("--mm-per-turn and --resolution-mm have too many digits to be divided exactly"))
+            }
+            steps => Ok(steps),
+        },
+        _ => Ok(None),
+    }
 }
 
 /// What shall be programmed.

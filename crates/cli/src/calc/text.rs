@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::view::{CalcView, StepView, ValueView};
+use super::view::{CalcView, ProposalView, StepView, ValueView};
 
 impl CalcView {
     /// What stands below the words.
@@ -29,10 +29,28 @@ shows there once; the next service 08 then answers 88000000.
     }
 }
 
-fn value(f: &mut fmt::Formatter<'_>, letter: &str, value: &ValueView) -> fmt::Result {
+pub(super) fn value(f: &mut fmt::Formatter<'_>, letter: &str, value: &ValueView) -> fmt::Result {
     let Some(service) = value.service else { return Ok(()) };
     let name = format!("{letter}, {}", service.name());
-    writeln!(f, "{:02X}       {name:<28} {:>8}   {}", service.number(), value.value, value.hex)
+    writeln!(f, "{:02X}       {name:<28} {:>8}  {}h", service.number(), value.value, value.hex)
+}
+
+/// What each number of turns gains and loses; the one that is taken has a mark.
+fn proposals(f: &mut fmt::Formatter<'_>, proposals: &[ProposalView]) -> fmt::Result {
+    writeln!(f, "\n  turns        range mm    reserve mm  step mm      zero")?;
+    for proposal in proposals {
+        let [turns, range, reserve, step, zero] = &proposal.cells;
+        let (mark, purpose) = (if proposal.taken { '*' } else { ' ' }, proposal.purpose);
+        writeln!(f, "{mark} {turns:<11}  {range:<10}  {reserve:<10}  {step:<11}  {zero:<11}  {purpose}")?;
+    }
+    f.write_str(
+        "\
+travel   the travel alone: its end is next to the wrap
+reserve  the fewest whole turns with the reserve
+safe     the fewest turns with the reserve that keep the zero
+*        what the values above are of; others: --turns in place of --travel-mm
+",
+    )
 }
 
 fn step(f: &mut fmt::Formatter<'_>, step: &StepView) -> fmt::Result {
@@ -61,6 +79,9 @@ impl fmt::Display for CalcView {
         }
         writeln!(f)?;
         self.notes.iter().try_for_each(|note| note.fmt(f))?;
+        if let Some(axis) = &self.axis {
+            proposals(f, &axis.proposals)?;
+        }
         if self.sequence.is_empty() {
             return Ok(());
         }

@@ -1,14 +1,15 @@
 //! What `calc` shows: plain data for programs. The text for people is made from the same.
 
 use encoring_host::scaling::{
-    Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, LinearScaling, Ratio,
-    Rounding, ZeroRisk,
+    Axis, Choice, Deviation, Expected, Fraction, HandshakeStep, HandshakeWord, Linear, LinearScaling,
+    Proposal, Purpose, Ratio, Rounding, Shaft, ZeroRisk,
 };
 use encoring_words::model::{MODELS, SensorKind};
 use encoring_words::{Model, Service};
 use serde::Serialize;
 
-use crate::calculation::{Asked, Note, linear_notes};
+use crate::calculation::{Advice, Asked, Note, linear_notes};
+use crate::output::ratio::cut;
 
 /// A calculation with all that follows from it.
 #[derive(Serialize)]
@@ -28,7 +29,35 @@ pub(super) struct CalcView {
     zero: Option<ZeroView>,
     gray_wrap_bits: Option<u32>,
     pub(super) notes: Vec<Note>,
+    pub(super) axis: Option<AxisView>,
     pub(super) sequence: Vec<StepView>,
+}
+
+/// What an axis can be programmed to.
+#[derive(Serialize)]
+pub(super) struct AxisView {
+    travel_mm: f64,
+    reserve_mm: f64,
+    turns: Option<f64>,
+    pub(super) proposals: Vec<ProposalView>,
+}
+
+#[derive(Serialize)]
+pub(super) struct ProposalView {
+    /// `travel`, `reserve` or `safe`.
+    pub(super) purpose: &'static str,
+    /// It is what the values are of.
+    pub(super) taken: bool,
+    numerator: u32,
+    denominator: u32,
+    measuring_length: u32,
+    range_mm: f64,
+    reserve_mm: f64,
+    resolution_mm: f64,
+    zero_safe: bool,
+    /// The same for people.
+    #[serde(skip)]
+    pub(super) cells: [String; 5],
 }
 
 /// A value as it is programmed.
@@ -71,7 +100,7 @@ struct PairView {
 }
 
 #[derive(Serialize)]
-struct ZeroView {
+pub(super) struct ZeroView {
     safe: bool,
     shift_turns: f64,
     shift_steps: f64,
@@ -96,7 +125,7 @@ pub(super) struct StepView {
 }
 
 /// A number for programs, to nine decimals.
-fn number(ratio: Ratio) -> f64 {
+pub(super) fn number(ratio: Ratio) -> f64 {
     ratio.rounded(9, Rounding::Nearest).to_string().parse().unwrap_or(0.0)
 }
 
@@ -108,8 +137,67 @@ fn signed(deviation: Deviation) -> f64 {
     }
 }
 
+impl ZeroView {
+    pub(super) fn of(risk: ZeroRisk) -> Self {
+        match risk {
+            ZeroRisk::Safe => Self { safe: true, shift_turns: 0.0, shift_steps: 0.0 },
+            ZeroRisk::Shift { turns, steps } => {
+                Self { safe: false, shift_turns: number(turns), shift_steps: number(steps) }
+            }
+        }
+    }
+}
+
+impl AxisView {
+    fn new(advice: &Advice, shaft: Shaft) -> Self {
+        let Axis { travel, reserve, .. } = advice.axis;
+        Self {
+            travel_mm: number(travel),
+            reserve_mm: number(reserve),
+            turns: advice.axis.turns().map(number),
+            proposals: advice.proposals(shaft).map(|proposal| ProposalView::new(proposal, advice)).collect(),
+        }
+    }
+}
+
+impl ProposalView {
+    fn new(proposal: Proposal, advice: &Advice) -> Self {
+        let Proposal { purpose, rotary, range } = proposal;
+        let scaling = rotary.scaling;
+        let beyond = match range.deviation_from(advice.axis.travel) {
+            Deviation::Above(beyond) => beyond,
+            _ => Ratio::from(0),
+        };
+        let resolution = advice.axis.per_turn.over(scaling.steps_per_turn()).unwrap_or(Ratio::from(0));
+        let zero_safe = scaling.zero_risk() == ZeroRisk::Safe;
+        let short = |ratio: Ratio| ratio.rounded(3, Rounding::Nearest).to_string();
+        Self {
+            purpose: match purpose {
+                Purpose::Travel => "travel",
+                Purpose::Reserve => "reserve",
+                Purpose::Safe => "safe",
+            },
+            taken: purpose == advice.taken.purpose,
+            numerator: scaling.fraction.numerator(),
+            denominator: scaling.fraction.denominator(),
+            measuring_length: scaling.measuring_length(),
+            range_mm: number(range),
+            reserve_mm: number(beyond),
+            resolution_mm: number(resolution),
+            zero_safe,
+            cells: [
+                scaling.fraction.to_string(),
+                short(range),
+                short(beyond),
+                cut(resolution, Rounding::Nearest).to_string(),
+                if zero_safe { "safe" } else { "can be lost" }.to_owned(),
+            ],
+        }
+    }
+}
+
 impl ValueView {
-    fn new(service: Service, value: u32) -> Self {
+    pub(super) fn new(service: Service, value: u32) -> Self {
         Self { service: Some(service), value, hex: format!("{value:06X}") }
     }
 
@@ -191,6 +279,7 @@ impl CalcView {
             zero: None,
             gray_wrap_bits: None,
             notes: linear_notes(length_mm, resolution_mm, model, &found),
+            axis: None,
             sequence: found.scaling.sequence().map(StepView::new).collect(),
         }
     }
@@ -202,15 +291,10 @@ impl CalcView {
         let too_large = scaling.too_large(shaft);
         let models = asked.models();
         let gray = models.iter().any(|model| model.position_may_be_gray());
-        let zero = match scaling.zero_risk() {
-            ZeroRisk::Safe => ZeroView { safe: true, shift_turns: 0.0, shift_steps: 0.0 },
-            ZeroRisk::Shift { turns, steps } => {
-                ZeroView { safe: false, shift_turns: number(turns), shift_steps: number(steps) }
-            }
-        };
         Self {
             encoder: "rotary",
             notes: asked.notes(),
+            axis: asked.advice.as_ref().map(|advice| AxisView::new(advice, shaft)),
             native: Some(shaft.steps_per_turn()),
             usable: too_large.is_none(),
             measuring_length: ValueView::length(scaling.measuring_length()),
@@ -235,7 +319,7 @@ impl CalcView {
                 steps_per_turn: Some(number(scaling.steps_per_turn())),
                 resolution_mm: asked.resolution_mm().map(number),
             },
-            zero: Some(zero),
+            zero: Some(ZeroView::of(scaling.zero_risk())),
             gray_wrap_bits: gray.then(|| scaling.gray_wrap_bits()),
             sequence: match too_large {
                 None => scaling.sequence().map(StepView::new).collect(),

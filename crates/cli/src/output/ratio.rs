@@ -19,9 +19,9 @@ pub(crate) fn cut(ratio: Ratio, rounding: Rounding) -> Rounded {
     ratio.rounded(places(ratio), rounding)
 }
 
-/// A number for people; exact if it can be shown with nine decimals.
+/// A number for people; exact if it can be shown with the decimals that a number may be typed with.
 pub(crate) fn show(ratio: Ratio) -> String {
-    let exact = ratio.rounded(9, Rounding::Nearest);
+    let exact = ratio.rounded(15, Rounding::Nearest);
     if exact.is_exact() {
         return exact.to_string();
     }

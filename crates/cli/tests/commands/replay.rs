@@ -176,7 +176,7 @@ fn options_that_do_not_fit_are_refused() {
     );
     refuses(
         "--model la-66 --rod-mm 0",
-        "error: --rod-mm: a rod of 0 um; the limits are 10 um and 167772150 um",
+        "error: invalid value '0' for '--rod-mm <N>': not above 0; allowed is a number like 12 or 0.01, above 0",
     );
     refuses(
         "--model la-66 --rod-mm 500,5",

@@ -5,7 +5,7 @@ use core::str::FromStr;
 
 use encoring_words::parameter::{OutOfRange, within};
 
-use super::ratio::{self, Deviation, NumberError, Ratio};
+use super::ratio::{self, DecimalError, Deviation, Ratio};
 use super::shaft::Shaft;
 
 /// Revolutions numerator and denominator, each within its range [R57, R58].
@@ -122,30 +122,35 @@ pub struct Turns {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Written {
     /// With so many decimals, from these digits.
-    Decimal { digits: u64, places: u32 },
-    /// As a fraction, not reduced.
-    Fraction { numerator: u64, denominator: u64 },
+    Decimal { digits: u128, places: u32 },
+    /// As a fraction of whole numbers, not reduced.
+    Fraction { numerator: u128, denominator: u128 },
+    /// As a quotient of decimals.
+    Quotient,
 }
 
 impl FromStr for Turns {
-    type Err = NumberError;
+    type Err = DecimalError;
 
-    /// A decimal like `3.5` or a fraction like `7/2`.
-    fn from_str(text: &str) -> Result<Self, NumberError> {
+    /// A decimal like `3.5`, a fraction like `7/2`, or a quotient like `50/3.33`.
+    fn from_str(text: &str) -> Result<Self, DecimalError> {
         let Some((above, below)) = text.split_once('/') else {
-            let (digits, places) = ratio::decimal(text)?;
-            let value = Ratio::of(u128::from(digits), 10_u128.pow(places));
-            return Ok(Self { value, written: Written::Decimal { digits, places } });
+            let (digits, places) = ratio::positive(text)?;
+            return Ok(Self {
+                value: Ratio::of(digits, 10_u128.pow(places)),
+                written: Written::Decimal { digits, places },
+            });
         };
-        let whole = |text: &str| match ratio::decimal(text) {
-            _ if text.contains('.') => Err(NumberError::NotAFraction),
-            Ok((digits, _)) => Ok(digits),
-            Err(NumberError::NotANumber) => Err(NumberError::NotAFraction),
-            Err(error) => Err(error),
+        let part = |text: &str| match ratio::positive(text) {
+            Err(DecimalError::NotANumber) => Err(DecimalError::NotAFraction),
+            read => read,
         };
-        let (numerator, denominator) = (whole(above)?, whole(below)?);
-        let value = Ratio::of(u128::from(numerator), u128::from(denominator));
-        Ok(Self { value, written: Written::Fraction { numerator, denominator } })
+        let ((numerator, above_places), (denominator, below_places)) = (part(above)?, part(below)?);
+        let over = |digits, places| Ratio::of(digits, 10_u128.pow(places));
+        let value = over(numerator, above_places).divided_by(over(denominator, below_places));
+        let written =
+            if text.contains('.') { Written::Quotient } else { Written::Fraction { numerator, denominator } };
+        Ok(Self { value, written })
     }
 }
 
@@ -232,14 +237,15 @@ impl Turns {
         let reduced = Fraction::checked(turns.numerator(), turns.denominator(), shaft);
         let exact = match self.written {
             Written::Fraction { numerator, denominator } => {
-                Fraction::checked(numerator.into(), denominator.into(), shaft)
-                    .map(|same| (same, Choice::AsGiven))
+                Fraction::checked(numerator, denominator, shaft).map(|same| (same, Choice::AsGiven))
             }
-            Written::Decimal { .. } if turns.is_whole() => reduced.map(|whole| (whole, Choice::Whole)),
+            Written::Decimal { .. } | Written::Quotient if turns.is_whole() => {
+                reduced.map(|whole| (whole, Choice::Whole))
+            }
             Written::Decimal { digits, places } => {
-                Fraction::checked(digits.into(), 10_u128.pow(places), shaft)
-                    .map(|same| (same, Choice::DecimalPlace))
+                Fraction::checked(digits, 10_u128.pow(places), shaft).map(|same| (same, Choice::DecimalPlace))
             }
+            Written::Quotient => None,
         };
         Ok(match exact.or(reduced.map(|reduced| (reduced, Choice::Reduced))) {
             Some((fraction, choice)) => Chosen { fraction, choice, wanted: turns, off: Deviation::None },
@@ -304,6 +310,11 @@ mod tests {
         assert_eq!(chosen("3.1416"), ("311/99".into(), Choice::Nearest));
         assert_eq!(chosen("7000.1"), ("63001/9".into(), Choice::Nearest));
         assert_eq!(chosen("65536/3"), ("43691/2".into(), Choice::Nearest));
+        // 5000/333, whose denominator is too large.
+        assert_eq!(chosen("50/3.33"), ("1006/67".into(), Choice::Nearest));
+        assert_eq!(chosen("3.5/2"), ("7/4".into(), Choice::Reduced));
+        assert_eq!(chosen("10/2.5"), ("4/1".into(), Choice::Whole));
+        assert_eq!(chosen("3.43535355358774"), ("292/85".into(), Choice::Nearest));
         let turns: Turns = "3.1416".parse().unwrap();
         // 311/99 = 3.14141..: 311 * 10000 = 3110000, 31416 * 99 = 3110184.
         let chosen = turns.choose(ce()).unwrap();
@@ -324,17 +335,18 @@ mod tests {
     #[test]
     fn what_is_no_number_of_turns_is_refused() {
         for (text, error) in [
-            ("3,5", NumberError::Comma),
-            ("7/0", NumberError::NotPositive),
-            ("0/7", NumberError::NotPositive),
-            ("-7/2", NumberError::NotPositive),
-            ("7/", NumberError::NotAFraction),
-            ("/", NumberError::NotAFraction),
-            ("7/2/1", NumberError::NotAFraction),
-            ("3.5/2", NumberError::NotAFraction),
-            ("3.0/2", NumberError::NotAFraction),
-            ("7 / 2", NumberError::NotAFraction),
-            ("7000000000/2", NumberError::TooLong),
+            ("3,5", DecimalError::Comma),
+            ("7/0", DecimalError::NotPositive),
+            ("0/7", DecimalError::NotPositive),
+            ("-7/2", DecimalError::NotPositive),
+            ("7/", DecimalError::NotAFraction),
+            ("/", DecimalError::NotAFraction),
+            ("7/2/1", DecimalError::NotAFraction),
+            ("3.5/2.", DecimalError::NotAFraction),
+            ("1.000/2", DecimalError::Thousands { whole: 1 }),
+            ("3,5/2", DecimalError::Comma),
+            ("7 / 2", DecimalError::NotAFraction),
+            ("7000000000/2", DecimalError::TooLong),
         ] {
             assert_eq!(text.parse::<Turns>(), Err(error), "{text}");
         }
@@ -362,9 +374,9 @@ mod tests {
     proptest! {
         #[test]
         fn no_other_legal_fraction_is_nearer(
-            whole in prop_oneof![0..70_000_u32, 0..20_u32], decimals in 0..1_000_000_000_u32, places in 0..=9_usize,
+            whole in prop_oneof![0..70_000_u32, 0..20_u32], decimals in 0..1_000_000_000_000_000_u64, places in 0..=15_usize,
         ) {
-            let decimals = &std::format!("{decimals:09}")[..places];
+            let decimals = &std::format!("{decimals:015}")[..places];
             let Ok(turns) = std::format!("{whole}.{decimals}0").parse::<Turns>() else { return Ok(()) };
             let Ok(chosen) = turns.choose(ce()) else {
                 prop_assert!(turns.value() < Ratio::of(1, 99) || turns.value() > Ratio::whole(65535));

@@ -4,7 +4,7 @@ use encoring_words::parameter::{OutOfRange, Parameter};
 use encoring_words::word::DATA_MAX;
 use encoring_words::{Access, Model, Service};
 
-use super::ratio::{Deviation, Ratio};
+use super::ratio::Ratio;
 use super::sequence::{HandshakeWord, data_check, handshake};
 
 /// A measuring length within the range of a rod.
@@ -47,8 +47,6 @@ pub struct Linear {
     pub steps: Ratio,
     /// What a step really is, in the unit of the length.
     pub resolution: Ratio,
-    /// How far that lies off the resolution asked for.
-    pub off: Deviation,
 }
 
 /// A resolution with which the rod would have too few or too many steps.
@@ -81,7 +79,7 @@ pub fn linear(length: Ratio, resolution: Ratio, model: Model) -> Result<Linear, 
     match LinearScaling::new(whole, model) {
         Ok(scaling) => {
             let real = length.divided_by(Ratio::from(whole));
-            Ok(Linear { scaling, steps, resolution: real, off: real.deviation_from(resolution) })
+            Ok(Linear { scaling, steps, resolution: real })
         }
         Err(refused) if refused.value < low => Err(outside(steps, length.divided_by(Ratio::from(low)))),
         Err(_) => Err(outside(steps, finest)),
@@ -122,7 +120,6 @@ mod tests {
         let found = linear(ratio("500"), ratio("0.03"), Model::La66).unwrap();
         assert_eq!((found.scaling.measuring_length(), found.steps.is_whole()), (16_667, false));
         assert_eq!(found.resolution, Ratio::of(500, 16_667));
-        assert_eq!(found.off, Deviation::Below(Ratio::of(1, 1_666_700)));
     }
 
     #[test]

@@ -13,7 +13,7 @@ pub struct Ratio {
 
 /// Why a text is no number that can be calculated with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum NumberError {
+pub enum DecimalError {
     /// A comma where the decimal point belongs.
     #[error("a decimal comma; decimals stand behind a point")]
     Comma,
@@ -21,18 +21,27 @@ pub enum NumberError {
     #[error("not above 0")]
     NotPositive,
     /// More digits than are calculated with.
-    #[error("more than {max} digits before or behind the point", max = DIGITS_MAX)]
+    #[error("more than {WHOLE_DIGITS_MAX} digits before the point or {DECIMALS_MAX} behind it")]
     TooLong,
+    /// A point that may be a decimal point or one between thousands, as in `1.000`.
+    #[error("{whole}.000 can be {whole} or {whole}000: write the one that is meant")]
+    Thousands {
+        /// What stands before the point.
+        whole: u16,
+    },
     /// Anything else.
     #[error("not a number of digits with at most one point, like 12 or 0.01")]
     NotANumber,
-    /// A fraction whose parts are not whole numbers.
-    #[error("not a fraction of two whole numbers, like 7/2")]
+    /// A fraction whose parts are not numbers.
+    #[error("not a fraction of two numbers, like 7/2 or 50/3.33")]
     NotAFraction,
 }
 
-/// The most digits before and behind the point.
-pub(super) const DIGITS_MAX: usize = 9;
+/// The most digits before the point.
+const WHOLE_DIGITS_MAX: usize = 9;
+
+/// The most digits behind the point: more than pocket calculators show, and than the makers' examples have.
+const DECIMALS_MAX: usize = 15;
 
 /// How a decimal that does not end is cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,14 +82,14 @@ const fn gcd(mut a: u128, mut b: u128) -> u128 {
 }
 
 impl Ratio {
-    /// The largest numerator and denominator that come in from outside: products of two such numbers with the limits
-    /// of the encoder's values stay below 2^128.
-    const LIMIT: u128 = 1_000_000_000_000_000_000;
+    /// The largest numerator and denominator of what is calculated with: a decimal has at most as many digits, and so
+    /// has the quotient of two. Products with the limits of the encoder's values stay below 2^128.
+    const LIMIT: u128 = 10_u128.pow((WHOLE_DIGITS_MAX + DECIMALS_MAX) as u32);
 
-    /// The number, if neither part exceeds 10^18 in lowest terms and the denominator is not 0.
+    /// The number, if the denominator is not 0.
     #[must_use]
     pub const fn new(numerator: u64, denominator: u64) -> Option<Self> {
-        if denominator == 0 { None } else { Self::of(numerator as u128, denominator as u128).bounded() }
+        if denominator == 0 { None } else { Some(Self::of(numerator as u128, denominator as u128)) }
     }
 
     /// In lowest terms; a denominator of 0 is taken as 1, which no caller has.
@@ -124,13 +133,31 @@ impl Ratio {
         self.numerator == 0
     }
 
-    /// This number divided by another; `None` for a division by 0, or beyond the bounds of [`Ratio::new`].
+    /// This number divided by another; `None` for a division by 0, or if a part gets more than 24 digits.
     #[must_use]
     pub const fn over(self, divisor: Self) -> Option<Self> {
         if divisor.is_zero() { None } else { self.divided_by(divisor).bounded() }
     }
 
-    /// This number multiplied by another; `None` beyond the bounds of [`Ratio::new`].
+    /// The sum of this number and another; `None` if a part gets more than 24 digits.
+    #[must_use]
+    pub const fn plus(self, other: Self) -> Option<Self> {
+        let (here, there, denominator) = self.beside(other);
+        Self::of(here.saturating_add(there), denominator).bounded()
+    }
+
+    /// Both numerators over the denominator that the two numbers have in common.
+    const fn beside(self, other: Self) -> (u128, u128, u128) {
+        let common = gcd(self.denominator, other.denominator);
+        let factor = other.denominator / common;
+        (
+            self.numerator.saturating_mul(factor),
+            other.numerator.saturating_mul(self.denominator / common),
+            self.denominator.saturating_mul(factor),
+        )
+    }
+
+    /// This number multiplied by another; `None` if a part gets more than 24 digits.
     #[must_use]
     pub const fn times(self, factor: Self) -> Option<Self> {
         self.multiplied_by(factor).bounded()
@@ -169,9 +196,8 @@ impl Ratio {
     /// How far this number lies off `wanted`.
     #[must_use]
     pub fn deviation_from(self, wanted: Self) -> Deviation {
-        let here = self.numerator.saturating_mul(wanted.denominator);
-        let there = wanted.numerator.saturating_mul(self.denominator);
-        let off = Self::of(here.abs_diff(there), self.denominator.saturating_mul(wanted.denominator));
+        let (here, there, denominator) = self.beside(wanted);
+        let off = Self::of(here.abs_diff(there), denominator);
         match here.cmp(&there) {
             Ordering::Equal => Deviation::None,
             Ordering::Less => Deviation::Below(off),
@@ -179,10 +205,10 @@ impl Ratio {
         }
     }
 
-    /// The number as a decimal with at most `places` places, 9 or fewer.
+    /// The number as a decimal with at most `places` places, 15 or fewer.
     #[must_use]
     pub const fn rounded(self, places: usize, rounding: Rounding) -> Rounded {
-        let places = if places > DIGITS_MAX { DIGITS_MAX } else { places };
+        let places = if places > DECIMALS_MAX { DECIMALS_MAX } else { places };
         let (mut whole, mut rest) = (self.floor(), self.numerator % self.denominator);
         let (mut decimals, mut power, mut place) = (0_u64, 1_u64, 0);
         while place < places {
@@ -280,11 +306,11 @@ impl fmt::Display for Rounded {
     }
 }
 
-/// The digits of a number above 0 without its point, and how many stood behind it; zeros at the end of the decimals are
-/// left out.
-pub(super) fn decimal(text: &str) -> Result<(u64, u32), NumberError> {
+/// The digits of a number without its point, and how many stood behind it; zeros at the end of the decimals are left
+/// out.
+pub(super) fn decimal(text: &str) -> Result<(u128, u32), DecimalError> {
     if text.contains(',') {
-        return Err(NumberError::Comma);
+        return Err(DecimalError::Comma);
     }
     let (signed, digits) = match text.strip_prefix(['-', '+', '\u{2212}']) {
         Some(digits) => (true, digits),
@@ -293,29 +319,51 @@ pub(super) fn decimal(text: &str) -> Result<(u64, u32), NumberError> {
     let (whole, decimals) = digits.split_once('.').unwrap_or((digits, "0"));
     let good = |part: &str| !part.is_empty() && part.bytes().all(|byte| byte.is_ascii_digit());
     if !good(whole) || !good(decimals) {
-        return Err(NumberError::NotANumber);
+        return Err(DecimalError::NotANumber);
     }
     if signed {
-        return Err(NumberError::NotPositive);
+        return Err(DecimalError::NotPositive);
     }
-    let (whole, decimals) = (whole.trim_start_matches('0'), decimals.trim_end_matches('0'));
-    if whole.len() > DIGITS_MAX || decimals.len() > DIGITS_MAX {
-        return Err(NumberError::TooLong);
+    let number =
+        |digits: &str| digits.bytes().fold(0, |value: u128, digit| value * 10 + u128::from(digit - b'0'));
+    let whole = whole.trim_start_matches('0');
+    if decimals == "000" && (1..=3).contains(&whole.len()) {
+        return Err(DecimalError::Thousands { whole: number(whole) as u16 });
     }
-    let value = whole.bytes().chain(decimals.bytes()).fold(0, |value, digit| {
-        // At most 18 digits.
-        value * 10 + u64::from(digit - b'0')
-    });
-    if value == 0 { Err(NumberError::NotPositive) } else { Ok((value, decimals.len() as u32)) }
+    let decimals = decimals.trim_end_matches('0');
+    if whole.len() > WHOLE_DIGITS_MAX || decimals.len() > DECIMALS_MAX {
+        return Err(DecimalError::TooLong);
+    }
+    let places = decimals.len() as u32;
+    Ok((number(whole) * 10_u128.pow(places) + number(decimals), places))
+}
+
+/// The same, above 0.
+pub(super) fn positive(text: &str) -> Result<(u128, u32), DecimalError> {
+    match decimal(text)? {
+        (0, _) => Err(DecimalError::NotPositive),
+        number => Ok(number),
+    }
+}
+
+impl Ratio {
+    /// A decimal of at least 0, as [`FromStr`] reads one above it.
+    ///
+    /// # Errors
+    /// [`DecimalError`]: why the text is none.
+    pub fn from_zero(text: &str) -> Result<Self, DecimalError> {
+        let (digits, places) = decimal(text)?;
+        Ok(Self::of(digits, 10_u128.pow(places)))
+    }
 }
 
 impl FromStr for Ratio {
-    type Err = NumberError;
+    type Err = DecimalError;
 
-    /// A decimal above 0, with at most 9 digits before and behind the point.
-    fn from_str(text: &str) -> Result<Self, NumberError> {
-        let (digits, places) = decimal(text)?;
-        Ok(Self::of(u128::from(digits), 10_u128.pow(places)))
+    /// A decimal above 0, with at most 9 digits before the point and 15 behind it.
+    fn from_str(text: &str) -> Result<Self, DecimalError> {
+        let (digits, places) = positive(text)?;
+        Ok(Self::of(digits, 10_u128.pow(places)))
     }
 }
 
@@ -340,30 +388,38 @@ mod tests {
             ("000000000000.5", 1, 2),
             ("1.0000000000000", 1, 1),
             ("999999999.999999999", 999_999_999_999_999_999, 1_000_000_000),
+            ("3.43535355358774", 343_535_355_358_774, 100_000_000_000_000),
+            ("1.0000", 1, 1),
+            ("1.0", 1, 1),
+            ("1000.000", 1_000, 1),
+            ("1.500", 3, 2),
         ] {
             assert_eq!(ratio(text), Ratio::new(numerator, denominator).unwrap(), "{text}");
         }
         for (text, error) in [
-            ("3,5", NumberError::Comma),
-            ("3, 5", NumberError::Comma),
-            ("0", NumberError::NotPositive),
-            ("0.00", NumberError::NotPositive),
-            ("-1", NumberError::NotPositive),
-            ("+1", NumberError::NotPositive),
-            ("\u{2212}1", NumberError::NotPositive),
-            ("1000000000", NumberError::TooLong),
-            ("0.0000000001", NumberError::TooLong),
-            ("", NumberError::NotANumber),
-            ("-", NumberError::NotANumber),
-            (".", NumberError::NotANumber),
-            ("5.", NumberError::NotANumber),
-            (".5", NumberError::NotANumber),
-            ("1.2.3", NumberError::NotANumber),
-            ("1e3", NumberError::NotANumber),
-            ("NaN", NumberError::NotANumber),
-            ("1 000", NumberError::NotANumber),
-            ("5mm", NumberError::NotANumber),
-            ("\u{0665}", NumberError::NotANumber),
+            ("3,5", DecimalError::Comma),
+            ("3, 5", DecimalError::Comma),
+            ("0", DecimalError::NotPositive),
+            ("0.00", DecimalError::NotPositive),
+            ("-1", DecimalError::NotPositive),
+            ("+1", DecimalError::NotPositive),
+            ("\u{2212}1", DecimalError::NotPositive),
+            ("1000000000", DecimalError::TooLong),
+            ("0.0000000000000001", DecimalError::TooLong),
+            ("1.000", DecimalError::Thousands { whole: 1 }),
+            ("999.000", DecimalError::Thousands { whole: 999 }),
+            ("0.000", DecimalError::NotPositive),
+            ("", DecimalError::NotANumber),
+            ("-", DecimalError::NotANumber),
+            (".", DecimalError::NotANumber),
+            ("5.", DecimalError::NotANumber),
+            (".5", DecimalError::NotANumber),
+            ("1.2.3", DecimalError::NotANumber),
+            ("1e3", DecimalError::NotANumber),
+            ("NaN", DecimalError::NotANumber),
+            ("1 000", DecimalError::NotANumber),
+            ("5mm", DecimalError::NotANumber),
+            ("\u{0665}", DecimalError::NotANumber),
         ] {
             assert_eq!(text.parse::<Ratio>(), Err(error), "{text}");
         }
@@ -388,11 +444,18 @@ mod tests {
         assert_eq!(Ratio::new(1, 0), None);
         assert_eq!(Ratio::new(0, 7), Some(Ratio::whole(0)));
         assert_eq!(ratio("1").over(Ratio::whole(0)), None);
-        assert_eq!(Ratio::new(u64::MAX, 1), None);
         assert_eq!(Ratio::new(u64::MAX, u64::MAX), Some(Ratio::whole(1)));
         assert_eq!(ratio("999999999").times(ratio("99999999.5")).map(Ratio::is_whole), Some(false));
-        let largest = Ratio::new(1_000_000_000_000_000_000, 1).unwrap();
-        assert_eq!(largest.times(ratio("2")), None);
+        let largest = Ratio::whole(Ratio::LIMIT);
+        assert_eq!((largest.times(ratio("2")), largest.plus(ratio("1"))), (None, None));
+        assert_eq!(Ratio::from_zero("0.00"), Ok(Ratio::whole(0)));
+        assert_eq!(Ratio::from_zero("-1"), Err(DecimalError::NotPositive));
+    }
+
+    #[test]
+    fn a_point_that_may_stand_between_thousands_is_refused_with_both_meanings() {
+        let refusal = "1.000".parse::<Ratio>().unwrap_err().to_string();
+        assert_eq!(refusal, "1.000 can be 1 or 1000: write the one that is meant");
     }
 
     proptest! {
@@ -402,6 +465,20 @@ mod tests {
             let shown = ratio(&typed).rounded(9, Rounding::Nearest);
             prop_assert!(shown.is_exact());
             prop_assert_eq!(shown.to_string(), typed.trim_end_matches('0'));
+        }
+
+        #[test]
+        fn two_decimals_can_be_divided_and_added(
+            a in 1..1_000_000_000_000_000_000_000_000_u128, p in 0..=15_u32, b in 1..1_000_000_000_000_000_000_000_000_u128, q in 0..=15_u32,
+        ) {
+            // At most nine digits before the point.
+            let of = |digits: u128, places: u32| Ratio::of((digits % 10_u128.pow(9 + places)).max(1), 10_u128.pow(places));
+            let (left, right) = (of(a, p), of(b, q));
+            let quotient = left.over(right).unwrap();
+            prop_assert_eq!(quotient.times(right), Some(left));
+            if let Some(sum) = left.plus(right) {
+                prop_assert_eq!(sum.deviation_from(left), Deviation::Above(right));
+            }
         }
 
         #[test]

@@ -67,6 +67,12 @@ pub(super) fn data_check() -> [HandshakeWord; 3] {
     handshake(Service::DataCheck, Access::Read, 0)
 }
 
+/// The three steps of a preset adjustment to a value.
+#[must_use]
+pub fn preset_adjustment(value: u32) -> [HandshakeWord; 3] {
+    handshake(Service::PresetAdjustment, Access::Write, value)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
