@@ -8,6 +8,7 @@ use std::fmt;
 use std::io;
 use std::sync::Arc;
 
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::misread::Misread;
@@ -50,6 +51,15 @@ pub trait Bus {
     fn cure(&self, misread: Misread) -> Option<String> {
         let _ = misread;
         None
+    }
+
+    /// What the ring's master says of it now, as far as this bus shows that. Its status tells of every word that is read
+    /// afterwards that it came from a ring that ran.
+    ///
+    /// # Errors
+    /// [`BusError`]: the bus shows it, and it could not be read.
+    fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
+        Ok(Diagnosis::default())
     }
 
     /// Hands out what happened to the link since the last call; `None` once everything was told.

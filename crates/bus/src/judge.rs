@@ -4,16 +4,14 @@
 use std::num::NonZeroU32;
 
 use encoring_host::Seen;
-use encoring_host::validity::{Expectation, Limits, NoExpectation, Position, Recovery, Stop, Validity, Why};
+use encoring_host::validity::{Expectation, Limits, NoExpectation, Position, Stop, Validity, Why};
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::word::{In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, Instant, Model, Parameter, ParameterSet, Service};
 
 use crate::bus::{Answered, BusError};
-
-/// After so many positions that fit one another a jump is over: somebody who only looks cannot ask why it was.
-const JUMP_OVER: NonZeroU32 = NonZeroU32::MIN.saturating_add(9);
 
 /// What an IN word is worth.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,6 +25,8 @@ pub enum Judgement {
         /// How old it may be.
         age: Duration,
     },
+    /// The master says that its ring stands still, or does not reach the encoder: whatever IN shows is history.
+    RingStopped(Diagnosis),
     /// Bit 29 is set; the error status, if the reply to a data check was seen since.
     Faulty(Option<ErrorStatus>),
     /// A reply.
@@ -39,10 +39,11 @@ pub enum Judgement {
 
 impl Judgement {
     /// Every word that [`Judgement::word`] can be.
-    pub const WORDS: [&'static str; 15] = [
+    pub const WORDS: [&'static str; 16] = [
         "valid",
         "unchecked",
         "stale",
+        "ring_stopped",
         "faulty",
         "in_service",
         "implausible_bits",
@@ -70,20 +71,21 @@ impl Judgement {
             Self::Valid(_) => 0,
             Self::Unchecked(_) => 1,
             Self::Stale { .. } => 2,
-            Self::Faulty(_) => 3,
-            Self::InService => 4,
-            Self::Implausible(Why::Foreign(_)) => 5,
-            Self::Implausible(Why::Range { .. }) => 6,
-            Self::Implausible(Why::OffTheRod { .. }) => 7,
-            Self::Implausible(Why::Speed { .. }) => 8,
-            Self::Implausible(Why::Acceleration { .. }) => 9,
-            Self::NoAnswer(BusError::NoAnswer { .. }) => 10,
-            Self::NoAnswer(BusError::NoConnection(_)) => 11,
+            Self::RingStopped(_) => 3,
+            Self::Faulty(_) => 4,
+            Self::InService => 5,
+            Self::Implausible(Why::Foreign(_)) => 6,
+            Self::Implausible(Why::Range { .. }) => 7,
+            Self::Implausible(Why::OffTheRod { .. }) => 8,
+            Self::Implausible(Why::Speed { .. }) => 9,
+            Self::Implausible(Why::Acceleration { .. }) => 10,
+            Self::NoAnswer(BusError::NoAnswer { .. }) => 11,
+            Self::NoAnswer(BusError::NoConnection(_)) => 12,
             Self::NoAnswer(BusError::Client(client)) => match client.answered() {
-                Answered::Refused | Answered::Busy => 12,
-                Answered::Garbled => 13,
+                Answered::Refused | Answered::Busy => 13,
+                Answered::Garbled => 14,
             },
-            Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 14,
+            Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 15,
         }
     }
 
@@ -97,7 +99,49 @@ impl Judgement {
     }
 }
 
-/// What cannot be judged, for want of parameters.
+/// What of the ring is known when an encoder's word is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ring {
+    /// It runs, as far as the bus can tell.
+    Runs,
+    /// It stands still, or does not reach the encoder.
+    Stands(Diagnosis),
+    /// The bus shows what the master says, and it could not be read.
+    Unread,
+}
+
+/// What is taken for sound.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Tolerance {
+    /// A word that may be older is stale.
+    pub stale_after: Duration,
+    /// What a shaft turns at most, in revolutions per minute; else what its data sheet allows.
+    pub max_rpm: Option<NonZeroU32>,
+    /// How fast a magnet moves at most, in mm/s; else without limit.
+    pub max_mm_s: Option<NonZeroU32>,
+}
+
+impl Tolerance {
+    /// With the speeds of the data sheets.
+    #[must_use]
+    pub const fn of_sheet(stale_after: Duration) -> Self {
+        Self { stale_after, max_rpm: None, max_mm_s: None }
+    }
+
+    fn limits(&self, model: Model, motion_known: bool) -> Limits {
+        let sheet = Limits::of(model, Duration::ZERO);
+        let known = |limit: Option<NonZeroU32>| limit.filter(|_| motion_known);
+        Limits {
+            speed_rpm: known(self.max_rpm.or(sheet.speed_rpm)),
+            acceleration_rad_s2: known(sheet.acceleration_rad_s2),
+            speed_mm_s: known(self.max_mm_s),
+            stale_after: self.stale_after,
+            ..sheet
+        }
+    }
+}
+
+/// What cannot be judged: for want of parameters, or at this poll.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Blind {
     /// Service 01 is not known, so a position may be in Gray code.
@@ -108,6 +152,10 @@ pub enum Blind {
     Motion,
     /// Parameters were written meanwhile.
     Changed,
+    /// Half of the range or more could be travelled since the poll before.
+    Slow,
+    /// Whether the ring runs could not be read.
+    Ring,
 }
 
 impl Blind {
@@ -119,6 +167,8 @@ impl Blind {
             Self::Range => "range",
             Self::Motion => "motion",
             Self::Changed => "changed",
+            Self::Slow => "slow",
+            Self::Ring => "ring",
         }
     }
 
@@ -130,6 +180,11 @@ impl Blind {
             Self::Range => "the measuring length (service 02) is not known: no position is too large",
             Self::Motion => "the scaling (services 02, 03, 09) is not known: no jump is noticed",
             Self::Changed => "parameters were written since: what was known of them no longer counts",
+            Self::Slow => {
+                "half of the range or more can be travelled between two polls, so no jump is noticed: poll faster, or \
+                 say with --max-rpm or --max-mm-s what the machine does at most"
+            }
+            Self::Ring => "the master's diagnosis could not be read: whether the ring runs is not known",
         }
     }
 }
@@ -147,17 +202,19 @@ pub struct Insight {
 #[derive(Clone, Debug)]
 pub struct Judge {
     model: Model,
-    stale_after: Duration,
+    tolerance: Tolerance,
     validity: Validity,
     measuring_length: Option<u32>,
+    /// What is not known for want of parameters, and behind that what the last poll could not judge.
     blind: Vec<Blind>,
+    /// How many of them are for want of parameters.
+    unknown: usize,
     /// What was last learnt.
     active: Option<ParameterSet>,
 }
 
 impl Judge {
-    /// With the active values of some parameters, or none, and the sensor if it is known. A word that may be older than
-    /// `stale_after` is stale.
+    /// With the active values of some parameters, or none, and the sensor if it is known.
     ///
     /// # Errors
     /// [`NoExpectation`] if no encoder can have these values active.
@@ -165,17 +222,12 @@ impl Judge {
         model: Model,
         sensor: Option<Sensor>,
         values: &[(Parameter, u32)],
-        stale_after: Duration,
+        tolerance: Tolerance,
     ) -> Result<Self, NoExpectation> {
-        let Known { expectation, limited, blind, measuring_length } = Known::new(model, sensor, values)?;
-        let mut limits = Limits::of(model, Duration::ZERO);
-        if limited {
-            (limits.speed_rpm, limits.acceleration_rad_s2) = (None, None);
-        }
-        limits.stale_after = stale_after;
-        limits.recovery = Recovery::After(JUMP_OVER);
-        let validity = Validity::new(expectation, limits);
-        Ok(Self { model, stale_after, validity, measuring_length, blind, active: None })
+        let Known { expectation, blind, measuring_length } = Known::new(model, sensor, values)?;
+        let validity = Validity::new(expectation, tolerance.limits(model, blind.is_empty()));
+        let unknown = blind.len();
+        Ok(Self { model, tolerance, validity, measuring_length, blind, unknown, active: None })
     }
 
     /// The model.
@@ -196,11 +248,45 @@ impl Judge {
         &self.blind
     }
 
-    /// Judges what a poll brought, and whether it is a new reason to stop the machine.
-    pub fn judge(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Judgement, Option<Stop>) {
+    /// Judges what a poll brought, and whether it is a new reason to stop the machine. That the ring stands still is none
+    /// of an encoder's.
+    pub fn judge(
+        &mut self,
+        now: Instant,
+        seen: Result<Seen, BusError>,
+        ring: Ring,
+    ) -> (Judgement, Option<Stop>) {
+        self.blind.truncate(self.unknown);
+        match (ring, seen) {
+            (Ring::Stands(diagnosis), Ok(_)) => {
+                // Nothing came from the encoder, whatever stands there.
+                self.validity.judge(now, None, &mut |_| ());
+                (Judgement::RingStopped(diagnosis), None)
+            }
+            (Ring::Unread, seen) => {
+                self.blind.push(Blind::Ring);
+                self.judge_word(now, seen)
+            }
+            (_, seen) => self.judge_word(now, seen),
+        }
+    }
+
+    /// A person knows why the positions have jumped: the next one is taken as it comes. `true` if they had.
+    pub fn acknowledge(&mut self) -> bool {
+        let jumped = self.validity.has_jumped();
+        if jumped {
+            self.validity.rebase();
+        }
+        jumped
+    }
+
+    fn judge_word(&mut self, now: Instant, seen: Result<Seen, BusError>) -> (Judgement, Option<Stop>) {
         let mut stop = None;
         let input = seen.as_ref().ok().copied();
         let position = self.validity.judge(now, input, &mut |reason| stop = Some(reason));
+        if !self.validity.excludes_jumps() {
+            self.blind.push(Blind::Slow);
+        }
         let verdict = match (seen, position) {
             (Err(error), _) => Judgement::NoAnswer(error),
             (_, Position::Valid(value)) if self.blind.is_empty() => Judgement::Valid(value),
@@ -226,7 +312,7 @@ impl Judge {
             return;
         }
         let values = PARAMETERS.map(|parameter| (parameter, active.value(parameter)));
-        if let Ok(new) = Self::new(self.model, Some(sensor), &values, self.stale_after) {
+        if let Ok(new) = Self::new(self.model, Some(sensor), &values, self.tolerance) {
             *self = new;
         }
         self.active = Some(active);
@@ -248,8 +334,9 @@ impl Judge {
             | Service::Denominator
                 if self.active.is_none() && !self.blind.contains(&Blind::Changed) =>
             {
-                if let Ok(mut new) = Self::new(self.model, None, &[], self.stale_after) {
+                if let Ok(mut new) = Self::new(self.model, None, &[], self.tolerance) {
                     new.blind.push(Blind::Changed);
+                    new.unknown = new.blind.len();
                     *self = new;
                 }
             }
@@ -261,8 +348,6 @@ impl Judge {
 /// What follows from the parameters that are known.
 struct Known {
     expectation: Expectation,
-    /// Without limits of the movement.
-    limited: bool,
     blind: Vec<Blind>,
     measuring_length: Option<u32>,
 }
@@ -285,7 +370,6 @@ impl Known {
         {
             blind.push(Blind::Motion);
         }
-        let limited = !blind.is_empty();
         let mut set = ParameterSet::factory(model, model.usual_sensor());
         for (parameter, value) in values {
             set.set(*parameter, *value);
@@ -305,7 +389,7 @@ impl Known {
                 expect(model.usual_sensor()).or_else(|_| expect(model.finest_sensor()))
             }
         }?;
-        Ok(Self { expectation, limited, blind, measuring_length })
+        Ok(Self { expectation, blind, measuring_length })
     }
 }
 

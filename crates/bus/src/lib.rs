@@ -5,6 +5,7 @@
 //! Nothing here knows a protocol, and nothing here can simulate.
 
 pub mod bus;
+pub mod history;
 pub mod image;
 pub mod judge;
 pub mod master;
@@ -13,7 +14,8 @@ pub mod release;
 pub mod watch;
 
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
+pub use history::RingEvent;
 pub use image::SharedImage;
-pub use judge::{Blind, Insight, Judge, Judgement};
+pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
 pub use master::{EncoderMaster, LeftBit, MasterError};
 pub use watch::Watch;

@@ -8,9 +8,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use encoring_host::Seen;
 use encoring_host::validity::Stop;
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::bus::{Answered, Bus, BusError, LinkEvent};
+use crate::history::{RingEvent, RingHistory, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
 
 /// How long a wait may be before the stop mark is looked at.
@@ -39,10 +41,18 @@ pub struct Subject {
 pub struct Poll {
     /// Counted from 0.
     pub number: u64,
+    /// When it was to be made.
+    pub due: Instant,
     /// When it was over.
     pub at: Instant,
     /// The encoders, in the order of their positions.
     pub sights: Vec<Sight>,
+    /// What the ring's master says, as far as the bus shows it; read before the words.
+    pub diagnosis: Diagnosis,
+    /// What is new of the ring.
+    pub ring: Option<RingEvent>,
+    /// The positions whose jump was acknowledged since the poll before.
+    pub acknowledged: Vec<usize>,
     /// What happened to the link.
     pub link: Vec<LinkEvent>,
 }
@@ -138,6 +148,8 @@ pub struct Watch<'a, B: ?Sized> {
     due: Instant,
     polls: u64,
     answered: bool,
+    history: RingHistory,
+    acknowledged: Vec<usize>,
     poll: Poll,
 }
 
@@ -167,6 +179,8 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             due: began,
             polls: 0,
             answered: false,
+            history: RingHistory::default(),
+            acknowledged: Vec::new(),
             poll: Poll::default(),
         }
     }
@@ -189,6 +203,15 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         self.bus.now()
     }
 
+    /// Somebody knows why positions have jumped: those that come next are taken as they are.
+    pub fn acknowledge(&mut self) {
+        for subject in &mut self.subjects {
+            if subject.judge.acknowledge() {
+                self.acknowledged.push(subject.position);
+            }
+        }
+    }
+
     /// Waits for the next poll and makes it. `None` when it is to end.
     pub fn poll(&mut self) -> Option<&Poll> {
         self.poll_with(|_| None)
@@ -202,6 +225,7 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         if self.stop.load(Ordering::Relaxed) || end.is_some_and(|end| self.due.max(self.bus.now()) >= end) {
             return None;
         }
+        self.poll.due = self.due;
         // Polls that were missed are not made up for.
         let late = self.bus.now().since(self.due).as_nanos();
         let every = self.plan.every.as_nanos();
@@ -230,13 +254,17 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
     fn look(&mut self, mut insight: impl FnMut(usize) -> Option<Insight>) {
         self.poll.sights.clear();
         self.poll.link.clear();
+        self.poll.acknowledged = std::mem::take(&mut self.acknowledged);
+        let diagnosis = self.bus.diagnosis();
+        let asked = self.bus.now();
         let (mut subjects, mut words) = (self.subjects.iter_mut(), self.input.as_mut_slice());
         let mut ask = self.out_readable;
+        let mut words_came = false;
         for &(first, count) in &self.runs {
             let (run, rest) = std::mem::take(&mut words).split_at_mut_checked(count).unwrap_or_default();
             words = rest;
             let cycle = self.bus.cycle(None, first, run);
-            self.answered |= cycle.is_ok();
+            words_came |= cycle.is_ok();
             let at = cycle.as_ref().map_or_else(|_| self.bus.now(), |cycle| cycle.at);
             // The run first: at its end no subject may be taken.
             for (word, subject) in run.iter().zip(subjects.by_ref()) {
@@ -255,7 +283,8 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
                 if let Some(insight) = insight(position) {
                     subject.judge.learn(insight);
                 }
-                let (verdict, stop) = subject.judge.judge(at, brought.map_err(Clone::clone));
+                let (verdict, stop) =
+                    subject.judge.judge(at, brought.map_err(Clone::clone), ring_at(&diagnosis, position));
                 self.poll.sights.push(Sight {
                     position,
                     at,
@@ -267,6 +296,11 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
                 });
             }
         }
+        self.answered |= words_came;
+        // Where no word came either, the trouble is told already.
+        let told = diagnosis.is_ok() || words_came;
+        self.poll.ring = if told { self.history.take(asked, &diagnosis) } else { None };
+        self.poll.diagnosis = diagnosis.unwrap_or_default();
         while let Some(event) = self.bus.link_event() {
             self.poll.link.push(event);
         }

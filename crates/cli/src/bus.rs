@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 
 use encoring_bus::{Bus, BusError, Cause, EncoderMaster, Link};
 use encoring_encoder::Unit;
+use encoring_modbus::address::DiagnosisPlaces;
 use encoring_modbus::{Address, Client};
 use encoring_sim::state::StateFolder;
 use encoring_sim::{Scenario, World};
@@ -31,6 +32,8 @@ pub(crate) struct Opened {
     pub(crate) world: Option<SharedWorld>,
     /// As it was named.
     pub(crate) address: String,
+    /// Where the gateway shows what the ring's master says, as the address names it.
+    pub(crate) diagnosis: DiagnosisPlaces,
     /// How long a lost answer takes; nothing on a simulated ring.
     timeout: Duration,
     memories: Option<StateFolder>,
@@ -93,6 +96,7 @@ impl BusArguments {
                     bus: Box::new(bus),
                     world,
                     address,
+                    diagnosis: DiagnosisPlaces::default(),
                     timeout,
                     memories,
                     interrupt,
@@ -110,8 +114,10 @@ impl BusArguments {
                 let gateway = gateway(&address)?;
                 let (timeout, place) = (gateway.timeout, gateway.way.to_string());
                 let identity = Some(format!("{place} unit {}", gateway.unit));
+                let diagnosis = gateway.diagnosis;
                 let (bus, world, memories) = (Box::new(Client::new(gateway)?), None, None);
-                Ok(Opened { bus, world, address, timeout, memories, interrupt, left: None, place, identity })
+                let left = None;
+                Ok(Opened { bus, world, address, diagnosis, timeout, memories, interrupt, left, place, identity })
             }
         }
     }
@@ -205,6 +211,16 @@ impl Opened {
     /// `true` if nothing here is real.
     pub(crate) const fn is_simulated(&self) -> bool {
         self.world.is_some()
+    }
+
+    /// What is to be said once where nobody can tell whether the ring runs.
+    pub(crate) fn untold_ring(&self) -> Option<&'static str> {
+        let told = self.is_simulated() || self.diagnosis.status.is_some();
+        (!told).then_some(
+            "this gateway does not tell whether the ring runs: a stopped ring, or an encoder without supply, looks like one at \
+             rest; if it shows the master's diagnostic registers, name them in the address: \
+             status=holding:N&parameter=holding:N",
+        )
     }
 
     /// Says what a user must know before the first service.

@@ -6,17 +6,19 @@ use std::path::PathBuf;
 use std::time::{Duration as Real, Instant as Clock, SystemTime};
 
 use clap::Args;
+use encoring_bus::Judgement;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
-use encoring_bus::{Judgement, Link};
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_station::SharedWorld;
-use encoring_trace::log::{Log, LogError, LogProblem, LogRow, Rotation};
+use encoring_trace::log::{Log, LogError, LogProblem, LogRow, MasterColumns, Rotation};
 use encoring_words::Duration;
 use serde::Serialize;
 
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace};
-use crate::bus::AnyBus;
+use crate::bus::{AnyBus, Opened};
 use crate::interrupt::awaiting_reader;
+use crate::news::{Calendar, news};
 use crate::output::printer::Printer;
 use crate::output::progress::Progress;
 use crate::output::time::seconds;
@@ -138,8 +140,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     };
     opened.only_looks();
     // A pipe may have no reader yet.
-    let log =
-        awaiting_reader(|| Log::create(&arguments.file, &remarks(&opened.address, &subjects), rotation))?;
+    let remarks = remarks(&opened, &subjects);
+    let columns = MasterColumns {
+        status: opened.diagnosis.status.is_some(),
+        parameter: opened.diagnosis.parameter.is_some(),
+    };
+    let log = awaiting_reader(|| Log::create(&arguments.file, &remarks, columns, rotation))?;
     if let Some(oldest) = log.doomed() {
         note(&format!(
             "note: --keep {}: {} is deleted when the next file takes its turn",
@@ -147,12 +153,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             oldest.display()
         ));
     }
+    if let Some(untold) = opened.untold_ring() {
+        note(&format!("note: {untold}"));
+    }
     let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
     let (stop, quit) = (opened.stop(), opened.stop());
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
     let special = log.is_special();
-    let logging = Logging::new(log, arguments)?;
+    let logging = Logging::new(log, arguments, Calendar::at(watch.now()))?;
     let (summary, answer, mut notes) = logging.run(watch, opened.world.as_ref())?;
     let format = arguments.output.format;
     if special {
@@ -170,9 +179,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 
 /// What stands at the head of every file.
 #[expect(clippy::disallowed_methods, reason = "a log says when it was begun")]
-fn remarks(address: &str, subjects: &[Subject]) -> Vec<String> {
+fn remarks(opened: &Opened, subjects: &[Subject]) -> Vec<String> {
     let now = humantime::format_rfc3339_seconds(SystemTime::now());
-    let mut remarks = vec![format!("started {now}"), format!("bus {address}")];
+    let mut remarks = vec![format!("started {now}"), format!("bus {}", opened.address)];
+    remarks.extend(opened.untold_ring().map(|untold| format!("ring_untold: {untold}")));
     for Subject { position, judge } in subjects {
         let mut remark = format!("encoder {position} {}", judge.model());
         if let Some(length) = judge.measuring_length() {
@@ -180,7 +190,7 @@ fn remarks(address: &str, subjects: &[Subject]) -> Vec<String> {
         }
         // A simulation shows its parameters with the first poll only.
         let blind: Vec<_> = judge.blind().iter().map(|blind| blind.name()).collect();
-        if !blind.is_empty() && !address.starts_with("sim") {
+        if !blind.is_empty() && !opened.is_simulated() {
             remark += &format!(" cannot_judge={}", blind.join("+"));
         }
         remarks.push(remark);
@@ -192,6 +202,7 @@ fn remarks(address: &str, subjects: &[Subject]) -> Vec<String> {
 struct Logging<'a> {
     log: Log,
     arguments: &'a Arguments,
+    calendar: Calendar,
     /// Of each encoder what the last row was made of.
     before: Vec<(u64, Option<u32>, Option<u32>, &'static str)>,
     verdicts: [u64; Judgement::WORDS.len()],
@@ -204,14 +215,15 @@ struct Logging<'a> {
 
 impl<'a> Logging<'a> {
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn new(log: Log, arguments: &'a Arguments) -> io::Result<Self> {
+    fn new(log: Log, arguments: &'a Arguments, calendar: Calendar) -> io::Result<Self> {
         let now = Clock::now();
         let verdicts = [0; Judgement::WORDS.len()];
         let lasting = arguments.lasting.lasting;
         let progress = Progress::start(lasting, if lasting.is_some() { BAR } else { SPINNER })?;
         let notes = Printer::start(progress.beside(), Format::Text)?;
         let before = Vec::new();
-        Ok(Self { log, arguments, before, verdicts, polls: 0, flushed: now, shown: now, progress, notes })
+        let (flushed, shown) = (now, now);
+        Ok(Self { log, arguments, calendar, before, verdicts, polls: 0, flushed, shown, progress, notes })
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
@@ -248,24 +260,30 @@ impl<'a> Logging<'a> {
 
     fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {
         self.polls += 1;
-        for event in &poll.link {
-            // Every attempt would be too much for days.
-            if !matches!(event.what, Link::Failed { .. }) && event.what.is_trouble() {
-                // Whoever closed standard error does not want to know.
-                let _ =
-                    self.notes.print(format!("note: {} s: {}\n", seconds(event.at.as_nanos()), event.what));
-            }
-        }
+        self.history(poll)?;
         for (k, sight) in poll.sights.iter().enumerate() {
             if let Some(count) = self.verdicts.get_mut(sight.verdict.number()) {
                 *count += 1;
             }
-            self.row(k, sight)?;
+            self.row(k, sight, poll.diagnosis)?;
         }
         Ok(())
     }
 
-    fn row(&mut self, k: usize, sight: &Sight) -> Result<(), LogError> {
+    /// What happened to the link and the ring, into the log and beside it. What happened to an encoder its rows say.
+    fn history(&mut self, poll: &Poll) -> Result<(), LogError> {
+        for event in news(poll, &self.calendar).iter().filter(|event| event.lasting) {
+            let text = event.to_string();
+            let text = text.trim_start();
+            let line = format!("event {}: {text}", event.event);
+            self.written(|log| log.remark(&line))?;
+            // Whoever closed standard error does not want to know.
+            let _ = self.notes.print(format!("note: {text}\n"));
+        }
+        Ok(())
+    }
+
+    fn row(&mut self, k: usize, sight: &Sight, diagnosis: Diagnosis) -> Result<(), LogError> {
         let row = LogRow {
             time_ns: sight.at.as_nanos(),
             position: sight.position,
@@ -273,6 +291,8 @@ impl<'a> Logging<'a> {
             input: sight.input.map(|input| input.0),
             verdict: sight.verdict.word(),
             value: sight.verdict.value(),
+            status: diagnosis.status,
+            parameter: diagnosis.parameter,
         };
         // Every file begins with all encoders.
         let now = (self.log.files().max(1), row.out, row.input, row.verdict);

@@ -14,6 +14,7 @@ mod decode;
 mod interrupt;
 mod log;
 mod memories;
+mod news;
 mod noted;
 mod output;
 mod preset;

@@ -1,10 +1,11 @@
 //! Which encoders are looked at, and what is known of them.
 
+use std::num::NonZeroU32;
 use std::path::Path;
 
 use clap::Args;
-use encoring_bus::Judge;
 use encoring_bus::watch::Subject;
+use encoring_bus::{Judge, Tolerance};
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, Model, Parameter};
 use encoring_workshop::{KeptEncoder, ParameterFile};
@@ -37,6 +38,12 @@ pub(crate) struct SubjectArguments {
     /// A word that may be older than this is stale
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = span)]
     stale_after: Duration,
+    /// What the shafts turn at most, if that is less than their data sheets allow: finds more jumps
+    #[arg(long, value_name = "N")]
+    max_rpm: Option<NonZeroU32>,
+    /// How fast the magnets of rods move at most: without it no jump on a rod is noticed
+    #[arg(long, value_name = "N")]
+    max_mm_s: Option<NonZeroU32>,
 }
 
 /// An encoder as it was asked for.
@@ -129,6 +136,10 @@ impl SubjectArguments {
         Ok(asked)
     }
 
+    fn tolerance(&self) -> Tolerance {
+        Tolerance { stale_after: self.stale_after, max_rpm: self.max_rpm, max_mm_s: self.max_mm_s }
+    }
+
     fn simulated(&self, opened: &Opened, asked: &Asked) -> Result<Subject, Failure> {
         let position = asked.position;
         let Some(unit) = opened.unit(position)? else { return Err(bad_input("no simulated ring")) };
@@ -140,7 +151,7 @@ impl SubjectArguments {
         }
         // Its parameters are seen with every poll.
         let judge =
-            Judge::new(unit.model(), Some(unit.sensor()), &[], self.stale_after).map_err(bad_input)?;
+            Judge::new(unit.model(), Some(unit.sensor()), &[], self.tolerance()).map_err(bad_input)?;
         Ok(Subject { position, judge })
     }
 
@@ -166,7 +177,7 @@ impl SubjectArguments {
         };
         let values: Vec<(Parameter, u32)> =
             file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();
-        let judge = Judge::new(model, sensor, &values, self.stale_after)
+        let judge = Judge::new(model, sensor, &values, self.tolerance())
             .map_err(|error| bad_input(format!("{name}: {error}")))?;
         Ok(Subject { position, judge })
     }

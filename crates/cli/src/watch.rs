@@ -18,13 +18,14 @@ use serde::Serialize;
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output};
 use crate::bus::AnyBus;
+use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
 use crate::told::looked;
 use screen::Update;
-use seen::{News, Seen, news};
+use seen::Seen;
 
 /// An encoder that shows the same for so long is told of again.
 const AGAIN_AFTER: Duration = Duration::from_secs(10);
@@ -80,8 +81,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
     opened.only_looks();
     let (stop, quit) = (opened.stop(), opened.stop());
-    let watch =
-        Watched { watch: Watch::new(&mut *opened.bus, subjects, plan, stop), world: opened.world.clone() };
+    let untold = opened.untold_ring();
+    let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
+    let calendar = Calendar::at(watch.now());
+    let watch = Watched { watch, world: opened.world.clone(), calendar, untold };
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
         live::run(watch, about, &quit)?
     } else {
@@ -95,6 +98,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 struct Watched<'a> {
     watch: Watch<'a, AnyBus>,
     world: Option<SharedWorld>,
+    calendar: Calendar,
+    /// What is still to be said of a ring of which nobody tells whether it runs.
+    untold: Option<&'static str>,
 }
 
 impl Watched<'_> {
@@ -102,7 +108,11 @@ impl Watched<'_> {
     fn poll(&mut self) -> Option<Update> {
         let world = self.world.as_ref();
         let poll = self.watch.poll_with(|position| world?.insight(position))?;
-        let (sights, news, polls) = (poll.sights.clone(), news(poll), poll.number + 1);
+        let (at, polls) = (poll.at, poll.number + 1);
+        let (sights, mut news) = (poll.sights.clone(), news(poll, &self.calendar));
+        if let Some(text) = self.untold.take() {
+            news.push(News::of_ring("ring_untold", at, &self.calendar, text));
+        }
         let lamps = |position| world.and_then(|world| world.lamps(position));
         let seen = sights.iter().zip(self.watch.subjects());
         let seen = seen.map(|(sight, subject)| Seen::new(sight, &subject.judge, lamps(sight.position)));

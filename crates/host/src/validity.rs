@@ -170,6 +170,8 @@ pub struct Validity {
     status: Option<ErrorStatus>,
     track: Option<Track>,
     suspect: Option<Suspect>,
+    /// The last two positions were close enough in time that some movement is impossible.
+    excludes: bool,
     hold: Hold,
     told: Told,
 }
@@ -185,10 +187,14 @@ enum Word {
     Implausible(Why),
 }
 
-/// The track of the positions after a jump.
+/// The positions after a jump.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
     track: Track,
+    /// Where they would be without the jump: the track before it, moved as they have moved since.
+    unmoved: Track,
+    /// The most time that the jump can have taken, in which something may have moved besides.
+    gap: i128,
     why: Why,
     /// How many samples it has, of those that are surely different ones.
     samples: u32,
@@ -229,6 +235,7 @@ impl Validity {
             status: None,
             track: None,
             suspect: None,
+            excludes: true,
             hold: Hold::Interrupted,
             told: Told::default(),
         }
@@ -274,9 +281,22 @@ impl Validity {
         position
     }
 
+    /// `true` from a jump on until the positions are back, or until [`Validity::rebase`].
+    #[must_use]
+    pub const fn has_jumped(&self) -> bool {
+        self.suspect.is_some()
+    }
+
+    /// `false` if half of the range or more could be travelled since the position before the last one: whatever came
+    /// would have been plausible. Always `true` without a limit of the speed, where faster polls change nothing.
+    #[must_use]
+    pub const fn excludes_jumps(&self) -> bool {
+        self.excludes
+    }
+
     /// Takes the next position as it comes: the last one has nothing to do with it.
     pub fn rebase(&mut self) {
-        (self.track, self.suspect, self.last) = (None, None, None);
+        (self.track, self.suspect, self.last, self.excludes) = (None, None, None, true);
         if let Word::Good(_) | Word::Implausible(_) = self.word {
             self.word = Word::Nothing;
         }
@@ -352,31 +372,34 @@ impl Validity {
             return Ok(());
         };
         let refresh = self.limits.refresh;
-        let from_track = track.follow(&self.space, sample, refresh);
         let Some(suspect) = &mut self.suspect else {
-            return match from_track {
+            self.excludes = self.space.excludes(track.time_to(sample));
+            return match track.follow(&self.space, sample, refresh) {
                 Ok(track) => {
                     self.track = Some(track);
                     Ok(())
                 }
                 Err(why) => {
-                    self.suspect = Some(Suspect::new(sample, why));
+                    self.suspect = Some(Suspect::new(track, sample, why));
                     Err(why)
                 }
             };
         };
-        let from_suspect = suspect.track.follow(&self.space, sample, refresh);
+        self.excludes = self.space.excludes(suspect.unmoved.time_to(sample));
+        let unmoved = suspect.unmoved.follow(&self.space.without_acceleration(), sample, refresh);
+        let back = unmoved.and_then(|_| track.follow(&self.space, sample, refresh));
+        let onwards = suspect.track.follow(&self.space, sample, refresh);
         let distance = |track: &Track| self.space.distance(track.value(), sample.value);
         // A place to which both lead is no proof of a return, unless the jump was a single sample.
         let returned =
-            from_suspect.is_err() || suspect.samples == 1 && distance(track) < distance(&suspect.track);
-        match (from_track, from_suspect) {
+            onwards.is_err() || suspect.samples == 1 && distance(&suspect.unmoved) < distance(&suspect.track);
+        match (back, onwards) {
             (Ok(track), _) if returned => {
                 (self.track, self.suspect) = (Some(track), None);
                 Ok(())
             }
             (_, Ok(track)) => {
-                let why = suspect.go_on(&track, sample);
+                let why = suspect.go_on(&self.space, &track, sample);
                 match self.limits.recovery {
                     Recovery::After(samples) if suspect.samples >= samples.get() => {
                         (self.track, self.suspect) = (Some(track), None);
@@ -386,7 +409,7 @@ impl Validity {
                 }
             }
             (Ok(_), Err(why)) | (Err(why), Err(_)) => {
-                self.suspect = Some(Suspect::new(sample, why));
+                self.suspect = Some(Suspect::new(&suspect.unmoved, sample, why));
                 Err(why)
             }
         }
@@ -394,11 +417,16 @@ impl Validity {
 }
 
 impl Suspect {
-    const fn new(sample: &Sample, why: Why) -> Self {
-        Self { track: Track::begin(sample), why, samples: 1, counted: sample.latest }
+    fn new(before: &Track, sample: &Sample, why: Why) -> Self {
+        let gap = before.time_to(sample);
+        let track = Track::begin(sample);
+        Self { track, unmoved: *before, gap, why, samples: 1, counted: sample.latest }
     }
 
-    fn go_on(&mut self, track: &Track, sample: &Sample) -> Why {
+    fn go_on(&mut self, space: &Space, track: &Track, sample: &Sample) -> Why {
+        let value = space.moved(self.unmoved.value(), self.track.value(), sample.value);
+        let earliest = sample.earliest.saturating_sub(self.gap);
+        self.unmoved = Track::begin(&Sample { value, earliest, ..*sample });
         self.track = *track;
         if sample.earliest > self.counted {
             self.samples = self.samples.saturating_add(1);

@@ -9,6 +9,7 @@ use std::time::Duration as Span;
 
 use encoring_bus::misread::Misread;
 use encoring_bus::{Bus, BusError, Cause, Cycle, Link, LinkEvent, Settling};
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 use tokio::net::TcpStream;
 use tokio::runtime::{Builder, Runtime};
@@ -21,6 +22,7 @@ use crate::inline::{Directory, MODULES_MAX};
 use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table, WordOrder};
 use crate::reconnect::Reconnect;
 
+mod diagnosis;
 mod difference;
 mod line;
 mod wire;
@@ -187,6 +189,10 @@ impl Bus for Client {
             Misread::Bytes => "nothing in the address: set the byte order in the gateway".to_owned(),
             Misread::HalvesAndBytes => format!("the byte order, set in the gateway, and {halves}"),
         })
+    }
+
+    fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
+        Ok(self.block(async |core, deadline| core.diagnosis(deadline).await)?)
     }
 
     fn link_event(&mut self) -> Option<LinkEvent> {

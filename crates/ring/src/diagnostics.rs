@@ -79,6 +79,9 @@ impl fmt::Display for DiagnosticParameter {
             other => match (other >> 8, other as u8) {
                 (0, INTERFACE_BYTE) => f.write_str("the master's outgoing interface"),
                 (device, INTERFACE_BYTE) => write!(f, "the outgoing interface of device {device}.0"),
+                (device, below) if below & INTERFACE_BYTE != 0 => {
+                    write!(f, "another interface of device {device}.0")
+                }
                 (device, position) => write!(f, "device {device}.{position}"),
             },
         }
@@ -141,6 +144,110 @@ impl fmt::Display for FaultPlace {
             Self::Device(position) => {
                 write!(f, "device {}.0 is not the one that was configured", position + 1)
             }
+        }
+    }
+}
+
+/// The two diagnostic registers, as far as they were read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Diagnosis {
+    /// The diagnostic status.
+    pub status: Option<u16>,
+    /// The diagnostic parameter.
+    pub parameter: Option<u16>,
+}
+
+impl Diagnosis {
+    /// Whether data cycles run and reach the device at a position; `None` if the status was not read.
+    ///
+    /// A master that goes on in front of a break says that it runs and that the bus has a fault; only those devices are
+    /// reached then.
+    #[must_use]
+    pub fn reaches(self, position: usize) -> Option<bool> {
+        let status = self.status?;
+        let runs = status & status::RUN != 0 && status & status::DETECT == 0;
+        Some(match self.place() {
+            _ if status & status::BUS == 0 => runs,
+            Some(FaultPlace::Break(segment)) => runs && position < segment,
+            _ => false,
+        })
+    }
+
+    /// Where the ring is at fault, if the registers say so. That the way home is bad cannot be told from a break behind
+    /// the last device.
+    #[must_use]
+    pub fn place(self) -> Option<FaultPlace> {
+        let status = self.status.unwrap_or_default();
+        let [device, below] = self.parameter?.to_be_bytes();
+        match (self.parameter?, usize::from(device).checked_sub(1)) {
+            (PERIPHERAL_FAULT | SEARCHING, _) => None,
+            (NOTHING_FOUND, _) => Some(FaultPlace::Nowhere),
+            _ if below == INTERFACE_BYTE => Some(FaultPlace::Break(usize::from(device))),
+            (_, None) => None,
+            _ if below & INTERFACE_BYTE != 0 => None,
+            (_, Some(position)) if status & status::USER != 0 => Some(FaultPlace::Device(position)),
+            // A module with a fault of its own leaves the line as it is.
+            _ if status & (status::PF | status::BUS) == status::PF => None,
+            (_, Some(segment)) => Some(FaultPlace::Segment(segment)),
+        }
+    }
+
+    /// The segment that the fault is on.
+    #[must_use]
+    pub fn segment(self) -> Option<usize> {
+        match self.place()? {
+            FaultPlace::Segment(segment) | FaultPlace::Break(segment) => Some(segment),
+            FaultPlace::Device(_) | FaultPlace::Nowhere => None,
+        }
+    }
+
+    /// The number of the device that the parameter names, and its place there: `(3, 0)` is device 3.0.
+    #[must_use]
+    pub fn device(self) -> Option<(u8, u8)> {
+        let [device, below] = self.parameter?.to_be_bytes();
+        let names = device > 0 && !matches!(self.parameter?, PERIPHERAL_FAULT | SEARCHING | NOTHING_FOUND);
+        names.then_some((device, if below & INTERFACE_BYTE == 0 { below } else { 0 }))
+    }
+}
+
+/// What a person must know: whether the ring runs, and where it is at fault.
+impl fmt::Display for Diagnosis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let has = |bit| self.status.is_some_and(|status| status & bit != 0);
+        f.write_str(match self.reaches(0) {
+            None => "whether the ring runs is not told",
+            Some(true) if has(status::BUS) => "the ring runs up to a fault",
+            Some(true) => "the ring runs",
+            Some(false) => "the ring stands still",
+        })?;
+        match self.place() {
+            Some(FaultPlace::Break(segment @ 1..)) => {
+                write!(f, ": it is broken or bad on segment {segment}, behind device {segment}.0")?;
+            }
+            Some(place) => write!(f, ": {place}")?,
+            None if self.parameter.is_none_or(|parameter| parameter == 0) => {}
+            None => write!(f, ": {}", DiagnosticParameter(self.parameter.unwrap_or_default()))?,
+        }
+        if self.status.is_some_and(|status| status & status::READY == 0) {
+            f.write_str("; the master does not say that it works")?;
+        }
+        let marks = [
+            (status::PF, "a module reports a peripheral fault"),
+            (status::CTRL, "the master itself has a fault"),
+            (status::BSA, "a segment is switched off"),
+            (status::BASP, "the outputs are disabled"),
+            (status::QUALITY, "20 of a million data cycles were faulty"),
+            (status::WARN, "a warning time passed"),
+        ];
+        let told = |bit| bit == status::PF && self.parameter == Some(PERIPHERAL_FAULT);
+        for (_, mark) in marks.into_iter().filter(|(bit, _)| has(*bit) && !told(*bit)) {
+            write!(f, "; {mark}")?;
+        }
+        match (self.status, self.parameter) {
+            (Some(status), Some(parameter)) => write!(f, " (status {status:04X}, parameter {parameter:04X})"),
+            (Some(status), None) => write!(f, " (status {status:04X})"),
+            (None, Some(parameter)) => write!(f, " (parameter {parameter:04X})"),
+            (None, None) => Ok(()),
         }
     }
 }
@@ -267,6 +374,7 @@ mod tests {
             (0x0301, "device 3.1"),
             (0x0080, "the master's outgoing interface"),
             (0x0280, "the outgoing interface of device 2.0"),
+            (0x0281, "another interface of device 2.0"),
             (PERIPHERAL_FAULT, "a module reports a peripheral fault"),
             (SEARCHING, "the fault is looked for, the outputs are reset"),
             (NOTHING_FOUND, "the bus failed, and no place was found"),
@@ -278,6 +386,101 @@ mod tests {
             "the ring ends behind device 2.0: nobody answers on segment 2"
         );
         assert_eq!(FaultPlace::Device(2).to_string(), "device 3.0 is not the one that was configured");
+    }
+
+    #[test]
+    fn both_registers_together_say_whether_the_ring_runs_and_where_it_is_at_fault() {
+        let both = |status, parameter| Diagnosis { status: Some(status), parameter: Some(parameter) };
+        for (status, parameter, segment, device, told) in [
+            (0x00E0, 0, None, None, "the ring runs"),
+            (0x10E0, 0, None, None, "the ring runs"),
+            (
+                0x1090,
+                SEARCHING,
+                None,
+                None,
+                "the ring stands still: the fault is looked for, the outputs are reset",
+            ),
+            (
+                0x1094,
+                0x0300,
+                Some(2),
+                Some((3, 0)),
+                "the ring stands still: telegrams are bad on segment 2, behind device 2.0",
+            ),
+            (
+                0x1094,
+                0x0280,
+                Some(2),
+                Some((2, 0)),
+                "the ring stands still: it is broken or bad on segment 2, behind device 2.0",
+            ),
+            (
+                0x1095,
+                0x0200,
+                None,
+                Some((2, 0)),
+                "the ring stands still: device 2.0 is not the one that was configured",
+            ),
+            (
+                0x1094,
+                NOTHING_FOUND,
+                None,
+                None,
+                "the ring stands still: nobody answers: the way out of the master or the way home is broken",
+            ),
+            (
+                0x00E4,
+                0x0280,
+                Some(2),
+                Some((2, 0)),
+                "the ring runs up to a fault: it is broken or bad on segment 2, behind device 2.0",
+            ),
+            (0x00E2, PERIPHERAL_FAULT, None, None, "the ring runs: a module reports a peripheral fault"),
+            (
+                0x00E2,
+                0x0301,
+                None,
+                Some((3, 1)),
+                "the ring runs: device 3.1; a module reports a peripheral fault",
+            ),
+            (0x40E0, 0, None, None, "the ring runs; 20 of a million data cycles were faulty"),
+            (0, 0, None, None, "the ring stands still; the master does not say that it works"),
+        ] {
+            let diagnosis = both(status, parameter);
+            assert_eq!((diagnosis.segment(), diagnosis.device()), (segment, device), "{diagnosis}");
+            let words = std::format!("{told} (status {status:04X}, parameter {parameter:04X})");
+            assert_eq!(diagnosis.to_string(), words);
+        }
+    }
+
+    #[test]
+    fn a_device_is_reached_while_data_cycles_run_and_no_break_is_in_front_of_it() {
+        let reached = |status, parameter| {
+            let diagnosis = Diagnosis { status, parameter };
+            [0, 1, 2].map(|position| diagnosis.reaches(position))
+        };
+        assert_eq!(reached(Some(0x00E0), None), [Some(true); 3]);
+        assert_eq!(reached(Some(0x1090), Some(SEARCHING)), [Some(false); 3]);
+        assert_eq!(reached(Some(0x1094), Some(0x0280)), [Some(false); 3]);
+        assert_eq!(reached(Some(0x00C0), None), [Some(false); 3], "no data cycles yet");
+        assert_eq!(reached(Some(0x00E4), Some(0x0280)), [Some(true), Some(true), Some(false)]);
+        assert_eq!(reached(Some(0x00E4), None), [Some(false); 3]);
+        assert_eq!(reached(None, Some(0x0280)), [None; 3]);
+    }
+
+    #[test]
+    fn every_pair_of_registers_has_words() {
+        for parameter in 0..=u16::MAX {
+            for status in [0x00E0, 0x1094, 0x1095, 0x00E2] {
+                let diagnosis = Diagnosis { status: Some(status), parameter: Some(parameter) };
+                assert!(diagnosis.to_string().starts_with("the ring "));
+                // What a place is told by leads back to it.
+                if let Some(place) = diagnosis.place().filter(|place| *place != FaultPlace::Nowhere) {
+                    assert_eq!(place.parameter(usize::MAX) | parameter & 0x7F, parameter, "{diagnosis}");
+                }
+            }
+        }
     }
 
     #[test]

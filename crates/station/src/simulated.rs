@@ -5,6 +5,7 @@ use std::time::{Duration as Real, Instant as Clock};
 
 use encoring_bus::{Bus, BusError, Cycle, Insight, Settling};
 use encoring_ring::Verdict;
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_sim::World;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
@@ -172,5 +173,15 @@ impl Bus for Simulated {
 
     fn settling(&self) -> Settling {
         Settling { cycles: 1, time: Duration::ZERO }
+    }
+
+    fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
+        let due = self.due();
+        let world = &mut *self.world.lock();
+        if let Some(due) = due {
+            self.ring.run_until(world, due);
+        }
+        let master = world.ring().master();
+        Ok(Diagnosis { status: Some(master.status()), parameter: Some(master.parameter()) })
     }
 }

@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use encoring_bus::watch::{HandshakePhase, Plan, Subject};
-use encoring_bus::{Judge, Judgement, Watch};
+use encoring_bus::{Judge, Judgement, Tolerance, Watch};
 use encoring_sim::Fault;
 use encoring_sim::scenario::Change;
 use encoring_sim::{Scenario, World};
 use encoring_station::{Simulated, Speed};
 use encoring_words::{Duration, OutWord};
 
-const STALE: Duration = Duration::from_millis(100);
+const STALE: Tolerance = Tolerance::of_sheet(Duration::from_millis(100));
 const EVERY: Plan = Plan { every: Duration::from_millis(100), lasting: None };
 
 fn mark() -> Arc<AtomicBool> {

@@ -12,6 +12,9 @@
 //! | `out`, `in` | the words as `0xC200270F`, which no spreadsheet takes for a number; empty if they were not seen |
 //! | `verdict` | one word on what the IN word is worth |
 //! | `value` | the position in steps, if there is one |
+//! | `status`, `parameter` | the diagnostic registers of the ring's master, in logs that were begun with them; empty if they were not read |
+//!
+//! Lines that begin with `#` stand between the rows too: what happened to the ring or the way there.
 
 use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
@@ -26,7 +29,7 @@ use crate::columns::Decimal;
 const MARK: &[u8] = b"# encoring-log ";
 /// Version 1 had words without `0x`.
 const VERSION: u8 = b'2';
-const HEADER: &[u8] = b"time_us,position,out,in,verdict,value\n";
+const HEADER: &[u8] = b"time_us,position,out,in,verdict,value";
 /// Rows without a word wait for the first one until there are so many bytes of them.
 const AHEAD_BYTES: usize = 64 * 1024;
 /// The longest row; any is shorter.
@@ -47,6 +50,19 @@ pub struct LogRow {
     pub verdict: &'static str,
     /// The position in steps, if there is one.
     pub value: Option<u32>,
+    /// The diagnostic status of the ring's master, if it was read.
+    pub status: Option<u16>,
+    /// The diagnostic parameter, if it was read.
+    pub parameter: Option<u16>,
+}
+
+/// Which diagnostic registers of the ring's master have a column.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MasterColumns {
+    /// The diagnostic status.
+    pub status: bool,
+    /// The diagnostic parameter.
+    pub parameter: bool,
 }
 
 /// How much is kept.
@@ -96,6 +112,7 @@ pub struct Log {
     path: PathBuf,
     /// Everything before the rows.
     head: Vec<u8>,
+    columns: MasterColumns,
     rotation: Rotation,
     state: State,
     /// A device or a pipe: it does not take turns.
@@ -130,7 +147,12 @@ impl Log {
     ///
     /// # Errors
     /// [`LogError`]; what is no log is left as it is.
-    pub fn create(path: &Path, remarks: &[String], rotation: Rotation) -> Result<Self, LogError> {
+    pub fn create(
+        path: &Path,
+        remarks: &[String],
+        columns: MasterColumns,
+        rotation: Rotation,
+    ) -> Result<Self, LogError> {
         let found = fs::metadata(path);
         let special = found.as_ref().is_ok_and(|found| !found.is_file() && !found.is_dir());
         // A link is followed, so that the files take turns where it leads.
@@ -143,9 +165,18 @@ impl Log {
             Ok(_) => State::found(&path, rotation)?,
             Err(_) => State::Before { found: create(&path)?, retires: false, made: true, ahead: Vec::new() },
         };
-        let head = head(remarks);
-        let mut log =
-            Self { path, head, rotation, state, special, rows_here: 0, first_ns: 0, rows: 0, files: 0 };
+        let mut log = Self {
+            path,
+            head: head(remarks, columns),
+            columns,
+            rotation,
+            state,
+            special,
+            rows_here: 0,
+            first_ns: 0,
+            rows: 0,
+            files: 0,
+        };
         if special {
             log.files = 1;
             let head = log.head.clone();
@@ -194,7 +225,8 @@ impl Log {
     /// [`LogError`]; then the file ends with a whole row.
     pub fn write(&mut self, row: &LogRow) -> Result<(), LogError> {
         let mut line = [0; ROW_BYTES_MAX];
-        let length = print(row, &mut line).map_err(|cause| system(&self.path, "write", cause))?;
+        let length =
+            print(row, self.columns, &mut line).map_err(|cause| system(&self.path, "write", cause))?;
         let line = line.get(..length).unwrap_or_default();
         if let State::Before { ahead, retires, .. } = &mut self.state {
             ahead.extend_from_slice(line);
@@ -214,6 +246,22 @@ impl Log {
         self.rows += 1;
         self.rows_here += 1;
         self.append(line)
+    }
+
+    /// Writes a line `# ...` behind the rows so far. Before the first word it waits as a row does.
+    ///
+    /// # Errors
+    /// [`LogError`]; then the file ends with a whole row.
+    pub fn remark(&mut self, text: &str) -> Result<(), LogError> {
+        let line = format!("# {}\n", one_line(text));
+        match &mut self.state {
+            State::Before { ahead, .. } if ahead.len() <= AHEAD_BYTES => {
+                ahead.extend_from_slice(line.as_bytes());
+                Ok(())
+            }
+            State::Before { .. } => Ok(()),
+            State::Writing(_) => self.append(line.as_bytes()),
+        }
     }
 
     /// Brings every row onto the disk: what is there then, a power cut does not take.
@@ -287,20 +335,30 @@ impl Drop for Log {
     }
 }
 
-fn head(remarks: &[String]) -> Vec<u8> {
+/// A line break in a remark would begin something else.
+fn one_line(text: &str) -> String {
+    text.replace(['\n', '\r'], " ")
+}
+
+fn head(remarks: &[String], columns: MasterColumns) -> Vec<u8> {
     let mut head = MARK.to_vec();
     head.push(VERSION);
     for (k, remark) in remarks.iter().enumerate() {
         head.extend_from_slice(if k == 0 { b" " } else { b"\n# " });
-        // A line break in a remark would begin something else.
-        head.extend_from_slice(remark.replace(['\n', '\r'], " ").as_bytes());
+        head.extend_from_slice(one_line(remark).as_bytes());
     }
     head.push(b'\n');
     head.extend_from_slice(HEADER);
+    for (_, name) in
+        [(columns.status, ",status"), (columns.parameter, ",parameter")].iter().filter(|(on, _)| *on)
+    {
+        head.extend_from_slice(name.as_bytes());
+    }
+    head.push(b'\n');
     head
 }
 
-fn print(row: &LogRow, line: &mut [u8]) -> io::Result<usize> {
+fn print(row: &LogRow, columns: MasterColumns, line: &mut [u8]) -> io::Result<usize> {
     let room = line.len();
     let mut rest = line;
     write!(rest, "{},{},", Decimal::microseconds(row.time_ns), row.position)?;
@@ -313,6 +371,13 @@ fn print(row: &LogRow, line: &mut [u8]) -> io::Result<usize> {
     write!(rest, "{},", row.verdict)?;
     if let Some(value) = row.value {
         write!(rest, "{value}")?;
+    }
+    for (on, register) in [(columns.status, row.status), (columns.parameter, row.parameter)] {
+        match register {
+            Some(register) if on => write!(rest, ",0x{register:04X}")?,
+            None if on => write!(rest, ",")?,
+            _ => {}
+        }
     }
     writeln!(rest)?;
     Ok(room - rest.len())

@@ -2,15 +2,17 @@
 
 use super::*;
 use crate::bus::{Cause, Cycle, Link, Settling};
-use crate::judge::Blind;
+use crate::judge::{Blind, Ring, Tolerance};
 use encoring_host::validity::Why;
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, ErrorStatus, Model, Parameter};
 use std::collections::VecDeque;
 use std::io::ErrorKind;
 
-const STALE: Duration = Duration::from_millis(100);
+const STALE: Tolerance = Tolerance::of_sheet(Duration::from_millis(100));
 const EVERY: Plan = Plan { every: Duration::from_millis(100), lasting: None };
+/// Often enough for ten turns.
+const OFTEN: Plan = Plan { every: Duration::from_millis(5), lasting: None };
 
 fn mark() -> Arc<AtomicBool> {
     Arc::new(AtomicBool::new(false))
@@ -79,12 +81,12 @@ impl Bus for Script {
     }
 }
 
-/// What a judge makes of one word after the other, 100 ms apart.
+/// What a judge makes of one word after the other, 5 ms apart.
 fn verdicts(judge: Judge, words: impl IntoIterator<Item = Result<u32, BusError>>) -> Vec<Judgement> {
     let mut script = Script::new(words);
     let polls = script.words.len();
     let subjects = vec![Subject { position: 0, judge }];
-    let mut watch = Watch::new(&mut script, subjects, EVERY, mark());
+    let mut watch = Watch::new(&mut script, subjects, OFTEN, mark());
     (0..polls).map(|_| watch.poll().unwrap().sights[0].verdict.clone()).collect()
 }
 
@@ -118,7 +120,7 @@ fn it_never_writes_and_reads_neighbours_together() {
 #[test]
 fn a_gateway_that_does_not_tell_the_out_words_is_asked_once() {
     let refused = BusError::client(Answered::Refused, std::fmt::Error);
-    for (error, asked) in [(refused, 1), (BusError::NoAnswer { within: STALE }, 3)] {
+    for (error, asked) in [(refused, 1), (BusError::NoAnswer { within: Duration::from_millis(100) }, 3)] {
         let mut script = Script { out: Err(error), ..Script::new([]) };
         let at = [0, 1].map(|position| Subject { position, judge: blind(Model::La66) });
         let mut watch = Watch::new(&mut script, at.to_vec(), EVERY, mark());
@@ -135,7 +137,7 @@ fn a_failed_poll_is_told_and_the_next_is_made_all_the_same() {
     let event = LinkEvent { at: Instant(7), what: Link::Up { down_for: Duration::ZERO } };
     let mut script = Script { events: vec![event.clone()], ..Script::new([Ok(5), Err(LOST), Ok(6)]) };
     let at = vec![Subject { position: 0, judge: ten_turns() }];
-    let mut watch = Watch::new(&mut script, at, EVERY, mark());
+    let mut watch = Watch::new(&mut script, at, OFTEN, mark());
     assert!(!watch.is_unanswered());
     assert_eq!(watch.poll().unwrap().link, [event]);
     let poll = watch.poll().unwrap();
@@ -202,11 +204,9 @@ fn with_all_parameters_everything_is_judged() {
     let found: Vec<_> = verdicts(ten_turns(), words).iter().map(Judgement::word).collect();
     let range = "implausible_range";
     assert_eq!(found, ["valid", "valid", range, "implausible_bits", "faulty", "in_service", "valid"]);
-    // 500 ms at 6000 rpm are 50 turns, so only something faster than the whole range is impossible: poll faster.
     let mut script = Script::new([0, 5_000].map(Ok));
-    let plan = Plan { every: Duration::from_millis(5), lasting: None };
     let at = vec![Subject { position: 0, judge: ten_turns() }];
-    let mut watch = Watch::new(&mut script, at, plan, mark());
+    let mut watch = Watch::new(&mut script, at, OFTEN, mark());
     watch.poll();
     let sight = &watch.poll().unwrap().sights[0];
     assert!(matches!(sight.verdict, Judgement::Implausible(Why::Speed { .. })), "{sight:?}");
@@ -274,7 +274,7 @@ fn after_somebody_has_written_parameters_what_was_known_counts_no_longer() {
     let mut judge = ten_turns();
     let mut see = |word: u32| {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
-        judge.judge(Instant(1), Ok(seen)).0
+        judge.judge(Instant(1), Ok(seen), Ring::Runs).0
     };
     assert_eq!(see(1), Judgement::Valid(1));
     // A refused write changes nothing, nor does a read.
@@ -292,7 +292,7 @@ fn after_a_preset_adjustment_the_next_position_is_taken_as_it_comes() {
     let mut judge = ten_turns();
     let mut see = |ms: u64, word: u32| {
         let seen = Seen { input: InWord(word), age: Duration::ZERO };
-        judge.judge(Instant(ms * 1_000_000), Ok(seen)).0
+        judge.judge(Instant(ms * 1_000_000), Ok(seen), Ring::Runs).0
     };
     assert_eq!(see(0, 0), Judgement::Valid(0));
     assert!(matches!(see(1, 5_000), Judgement::Implausible(Why::Speed { .. })));
@@ -302,16 +302,21 @@ fn after_a_preset_adjustment_the_next_position_is_taken_as_it_comes() {
 }
 
 #[test]
-fn a_jump_is_over_after_ten_positions_that_fit_one_another() {
+fn a_jump_stays_marked_until_the_position_is_back_or_somebody_acknowledges_it() {
     let mut judge = ten_turns();
-    let mut see = |k: u64, value: u32| {
+    let see = |judge: &mut Judge, k: u64, value: u32| {
         let seen = Seen { input: InWord(value), age: Duration::ZERO };
-        judge.judge(Instant(k * 2_000_000), Ok(seen)).0.word()
+        judge.judge(Instant(k * 2_000_000), Ok(seen), Ring::Runs).0.word()
     };
-    see(0, 0);
-    let found: Vec<_> = (1..12).map(|k| see(k, 5_000)).collect();
-    assert_eq!(found.iter().filter(|word| **word == "implausible_speed").count(), 9, "{found:?}");
-    assert_eq!(found.last(), Some(&"valid"));
+    see(&mut judge, 0, 0);
+    for k in 1..1_000 {
+        assert_eq!(see(&mut judge, k, 5_000), "implausible_speed", "{k}");
+    }
+    assert_eq!(see(&mut judge, 1_000, 0), "valid");
+    assert!(!judge.acknowledge());
+    assert_eq!(see(&mut judge, 1_001, 5_000), "implausible_speed");
+    assert!(judge.acknowledge());
+    assert_eq!(see(&mut judge, 1_002, 5_000), "valid");
 }
 
 #[test]

@@ -13,7 +13,8 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, BorderType, Paragraph};
 
 use super::About;
-use super::seen::{News, Seen};
+use super::seen::Seen;
+use crate::news::News;
 use crate::output::time::{seconds, span};
 
 /// The last events that are kept.
@@ -251,7 +252,7 @@ const fn mood(verdict: &Judgement) -> Style {
         Judgement::Valid(_) => Color::Green,
         Judgement::Unchecked(_) => Color::Cyan,
         Judgement::InService => Color::Blue,
-        Judgement::Stale { .. } | Judgement::NoAnswer(_) => Color::Yellow,
+        Judgement::Stale { .. } | Judgement::RingStopped(_) | Judgement::NoAnswer(_) => Color::Yellow,
         Judgement::Faulty(_) | Judgement::Implausible(_) => Color::Red,
     };
     Style::new().fg(color)

@@ -1,15 +1,14 @@
 //! What is shown of an encoder: the same for the screen, for lines and for programs.
 
-use encoring_bus::watch::{HandshakePhase, Poll, Sight};
-use encoring_bus::{Blind, Judge, Judgement, Link};
+use encoring_bus::watch::{HandshakePhase, Sight};
+use encoring_bus::{Blind, Judge, Judgement};
 use encoring_host::service::Check;
-use encoring_host::validity::Stop;
 use encoring_station::view::LampsView;
 use encoring_words::word::{In, ServiceNumber};
 use encoring_words::{Access, Duration, InWord};
 use serde::Serialize;
 
-use crate::output::time::{seconds, span};
+use crate::output::time::span;
 use crate::told::StatusView;
 
 /// An encoder at one poll.
@@ -82,6 +81,7 @@ fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
         Judgement::Stale { age } => {
             vec![format!("the word may be {} old: the ring stands still", span(*age))]
         }
+        Judgement::RingStopped(diagnosis) => vec![diagnosis.to_string()],
         Judgement::Faulty(_) => {
             let mut text = vec!["an error is pending: make the machine safe first".to_owned()];
             match status {
@@ -108,48 +108,4 @@ fn reply(input: InWord) -> String {
         other => format!("service {:02X}, which no encoder has", other.number()),
     };
     format!("a reply and no position: {deed} {service}, data {}", reply.data)
-}
-
-/// Something that happened.
-#[derive(Clone, Serialize)]
-pub(crate) struct News {
-    pub(crate) event: &'static str,
-    pub(crate) time_ns: u64,
-    /// `null`: the link.
-    pub(crate) position: Option<usize>,
-    pub(crate) text: String,
-}
-
-/// What happened with a poll.
-pub(crate) fn news(poll: &Poll) -> Vec<News> {
-    let mut news: Vec<News> = Vec::new();
-    for event in &poll.link {
-        let kind = match event.what {
-            Link::Up { .. } => "link_up",
-            Link::Down { .. } => "link_down",
-            Link::Failed { .. } => "link_failed",
-        };
-        let (time_ns, text) = (event.at.as_nanos(), event.what.to_string());
-        news.push(News { event: kind, time_ns, position: None, text });
-    }
-    for sight in &poll.sights {
-        let (kind, text) = match sight.stop {
-            None => continue,
-            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned()),
-            Some(Stop::Implausible(why)) => ("implausible", why.to_string()),
-            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age))),
-        };
-        news.push(News { event: kind, time_ns: sight.at.as_nanos(), position: Some(sight.position), text });
-    }
-    news
-}
-
-impl std::fmt::Display for News {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{:>10} s  ", seconds(self.time_ns))?;
-        if let Some(position) = self.position {
-            write!(f, "position {position}: ")?;
-        }
-        f.write_str(&self.text)
-    }
 }

@@ -3,7 +3,7 @@
 use encoring_bus::BusError;
 use encoring_bus::Cause;
 use encoring_bus::watch::Sight;
-use encoring_bus::{Judge, Judgement};
+use encoring_bus::{Judge, Judgement, Tolerance};
 use encoring_host::validity::Why;
 use encoring_station::view::LampsView;
 use encoring_words::model::Sensor;
@@ -13,10 +13,11 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 
 use super::screen::{Screen, Update, Way};
-use super::seen::{News, Seen};
+use super::seen::Seen;
 use super::{About, line};
+use crate::news::News;
 
-const STALE: Duration = Duration::from_millis(100);
+const STALE: Tolerance = Tolerance::of_sheet(Duration::from_millis(100));
 const SENSOR: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
 const GATEWAY: &str = "modbus-tcp://192.168.1.10";
 
@@ -70,7 +71,15 @@ const SMALL: (u16, u16) = (80, 24);
 const LARGE: (u16, u16) = (120, 40);
 
 fn link(event: &'static str, text: &str) -> News {
-    News { event, time_ns: 1_500_000_000, position: None, text: text.to_owned() }
+    News {
+        event,
+        time_ns: 1_500_000_000,
+        date: "2026-11-27T18:40:00Z".to_owned(),
+        position: None,
+        text: text.to_owned(),
+        diagnosis: None,
+        lasting: true,
+    }
 }
 
 fn all_fine() -> Vec<Seen> {

@@ -117,6 +117,27 @@ impl Space {
         if steps < 0 { steps.saturating_add(self.positions) } else { steps }
     }
 
+    /// A position that moves as another does: on a rod it stays between the ends.
+    pub(super) fn moved(&self, position: u32, from: u32, to: u32) -> u32 {
+        let up = self.up(from, to);
+        let moved = match self.reach {
+            None => i64::from(position).saturating_add(up).rem_euclid(self.positions.max(1)),
+            Some(end) => i64::from(position).saturating_add(i64::from(to) - i64::from(from)).clamp(0, end),
+        };
+        u32::try_from(moved).unwrap_or(position)
+    }
+
+    pub(super) const fn without_acceleration(self) -> Self {
+        Self { acceleration: None, ..self }
+    }
+
+    /// Whether something in the range is too far away to be reached in so many nanoseconds.
+    pub(super) fn excludes(&self, nanos: i128) -> bool {
+        let Some(speed) = self.speed else { return true };
+        let reached = floor(speed.saturating_mul(nanos), NANOS_PER_S).unwrap_or(0).saturating_add(self.blur);
+        reached.saturating_mul(2) < self.units(self.positions)
+    }
+
     fn units(&self, steps: i64) -> i128 {
         i128::from(steps).saturating_mul(self.step)
     }
@@ -181,6 +202,11 @@ impl Track {
     /// The last position.
     pub(super) const fn value(&self) -> u32 {
         self.value
+    }
+
+    /// The most time that there can have been from its last sample to another.
+    pub(super) fn time_to(&self, sample: &Sample) -> i128 {
+        sample.latest.saturating_sub(self.bottom.min(self.top))
     }
 
     /// The track with one more sample, or why no movement shows both.

@@ -8,7 +8,10 @@ const ROW: LogRow = LogRow {
     input: Some(0x0000_270F),
     verdict: "valid",
     value: Some(9_999),
+    status: None,
+    parameter: None,
 };
+const PLAIN: MasterColumns = MasterColumns { status: false, parameter: false };
 const ROTATION: Rotation = Rotation { bytes: 1_000_000, time_ns: None, keep: 3 };
 
 fn remarks() -> Vec<String> {
@@ -30,7 +33,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
 
 /// A log with rows of these times.
 fn filled(path: &Path, rotation: Rotation, times: impl IntoIterator<Item = u64>) -> Log {
-    let mut log = Log::create(path, &[], rotation).unwrap();
+    let mut log = Log::create(path, &[], PLAIN, rotation).unwrap();
     for time_ns in times {
         log.write(&LogRow { time_ns, ..ROW }).unwrap();
     }
@@ -46,7 +49,7 @@ fn times(file: &str) -> Vec<u64> {
 #[test]
 fn a_row_has_what_was_seen_and_nothing_else() {
     let (folder, path) = folder();
-    let mut log = Log::create(&path, &remarks(), ROTATION).unwrap();
+    let mut log = Log::create(&path, &remarks(), PLAIN, ROTATION).unwrap();
     log.write(&ROW).unwrap();
     let unseen = LogRow { out: None, input: None, verdict: "no_answer", value: None, ..ROW };
     log.write(&LogRow { time_ns: 2_000, ..unseen }).unwrap();
@@ -63,6 +66,32 @@ fn a_row_has_what_was_seen_and_nothing_else() {
 }
 
 #[test]
+fn the_masters_registers_are_the_last_columns_and_what_happens_stands_between_the_rows() {
+    let (folder, path) = folder();
+    for (status, parameter, text) in [
+        (true, true, ",status,parameter\n1.5,2,0xC200270F,0x0000270F,valid,9999,0x1094,0x0300\n"),
+        (true, false, ",status\n1.5,2,0xC200270F,0x0000270F,valid,9999,0x1094\n"),
+        (false, true, ",parameter\n1.5,2,0xC200270F,0x0000270F,valid,9999,0x0300\n"),
+    ] {
+        let mut log = Log::create(&path, &[], MasterColumns { status, parameter }, ROTATION).unwrap();
+        log.remark("before\nthe first").unwrap();
+        log.write(&LogRow { status: Some(0x1094), parameter: Some(0x0300), ..ROW }).unwrap();
+        log.remark("the ring stands still").unwrap();
+        log.write(&LogRow { time_ns: 2_000, ..ROW }).unwrap();
+        log.flush().unwrap();
+        let (header, row) = text.split_once('\n').unwrap();
+        let unread = ",".repeat(usize::from(status) + usize::from(parameter));
+        assert_eq!(
+            files(folder.path())["axis.csv"],
+            format!(
+                "# encoring-log 2\ntime_us,position,out,in,verdict,value{header}\n# before the first\n{row}# the ring \
+                 stands still\n2,2,0xC200270F,0x0000270F,valid,9999{unread}\n"
+            )
+        );
+    }
+}
+
+#[test]
 fn the_longest_row_fits() {
     let row = LogRow {
         time_ns: u64::MAX,
@@ -71,8 +100,13 @@ fn the_longest_row_fits() {
         input: Some(u32::MAX),
         verdict: "implausible_acceleration_and_more",
         value: Some(u32::MAX),
+        status: Some(u16::MAX),
+        parameter: Some(u16::MAX),
     };
-    assert!(print(&row, &mut [0; ROW_BYTES_MAX]).unwrap() < ROW_BYTES_MAX);
+    assert!(
+        print(&row, MasterColumns { status: true, parameter: true }, &mut [0; ROW_BYTES_MAX]).unwrap()
+            < ROW_BYTES_MAX
+    );
 }
 
 #[test]
@@ -123,7 +157,7 @@ fn what_is_no_log_is_left_as_it_is() {
     let finished = folder.path().join("axis.2.csv");
     for foreign in ["time_us,out\n", "# encoring-trace 1\n", "#", "# encoring-lo"] {
         fs::write(&path, foreign).unwrap();
-        let error = Log::create(&path, &[], ROTATION).unwrap_err();
+        let error = Log::create(&path, &[], PLAIN, ROTATION).unwrap_err();
         assert!(matches!(error.problem, LogProblem::Foreign), "{error}");
         assert_eq!(fs::read_to_string(&path).unwrap(), foreign);
     }
@@ -132,7 +166,7 @@ fn what_is_no_log_is_left_as_it_is() {
     filled(&path, ROTATION, [2]);
     fs::write(&finished, "a letter").unwrap();
     let before = files(folder.path());
-    let error = Log::create(&path, &[], ROTATION).unwrap_err();
+    let error = Log::create(&path, &[], PLAIN, ROTATION).unwrap_err();
     assert_eq!(
         error.to_string(),
         format!(
@@ -160,17 +194,20 @@ fn an_empty_file_is_used_and_a_folder_is_not() {
     fs::write(&path, "").unwrap();
     filled(&path, ROTATION, [1]);
     assert_eq!(times(&files(folder.path())["axis.csv"]), [1]);
-    let error = Log::create(folder.path(), &[], ROTATION).unwrap_err();
+    let error = Log::create(folder.path(), &[], PLAIN, ROTATION).unwrap_err();
     assert!(matches!(error.problem, LogProblem::System { .. }), "{error}");
     let nowhere = folder.path().join("none/axis.csv");
-    assert!(matches!(Log::create(&nowhere, &[], ROTATION).unwrap_err().problem, LogProblem::System { .. }));
+    assert!(matches!(
+        Log::create(&nowhere, &[], PLAIN, ROTATION).unwrap_err().problem,
+        LogProblem::System { .. }
+    ));
 }
 
 #[test]
 fn two_cannot_write_the_same_log() {
     let (folder, path) = folder();
     let log = filled(&path, ROTATION, [1]);
-    let error = Log::create(&path, &[], ROTATION).unwrap_err();
+    let error = Log::create(&path, &[], PLAIN, ROTATION).unwrap_err();
     assert!(matches!(error.problem, LogProblem::InUse), "{error}");
     assert_eq!(files(folder.path()).len(), 1);
     drop(log);
@@ -184,7 +221,7 @@ fn a_full_disk_is_told() {
     if !full.exists() {
         return;
     }
-    let error = Log::create(full, &[], ROTATION).unwrap_err();
+    let error = Log::create(full, &[], PLAIN, ROTATION).unwrap_err();
     assert!(error.to_string().starts_with("/dev/full: cannot write: "), "{error}");
 }
 
@@ -193,14 +230,14 @@ fn a_log_that_sees_nothing_costs_no_older_one_and_leaves_no_file() {
     let (folder, path) = folder();
     let unseen = LogRow { out: None, input: None, verdict: "no_answer", value: None, ..ROW };
     let blind = || {
-        let mut log = Log::create(&path, &[], ROTATION).unwrap();
+        let mut log = Log::create(&path, &[], PLAIN, ROTATION).unwrap();
         for _ in 0..10 {
             log.write(&unseen).unwrap();
             log.flush().unwrap();
         }
         assert_eq!((log.rows(), log.files()), (0, 0));
     };
-    drop(Log::create(&path, &[], ROTATION).unwrap());
+    drop(Log::create(&path, &[], PLAIN, ROTATION).unwrap());
     assert!(files(folder.path()).is_empty());
     filled(&path, ROTATION, [1]);
     let before = files(folder.path());
@@ -209,7 +246,7 @@ fn a_log_that_sees_nothing_costs_no_older_one_and_leaves_no_file() {
     }
     assert_eq!(files(folder.path()), before);
     // The first word brings the rows before it along.
-    let mut log = Log::create(&path, &[], ROTATION).unwrap();
+    let mut log = Log::create(&path, &[], PLAIN, ROTATION).unwrap();
     log.write(&LogRow { time_ns: 5_000, ..unseen }).unwrap();
     log.write(&LogRow { time_ns: 6_000, ..ROW }).unwrap();
     log.flush().unwrap();
@@ -221,7 +258,7 @@ fn a_log_that_sees_nothing_costs_no_older_one_and_leaves_no_file() {
 fn rows_without_a_word_are_logged_all_the_same_if_they_go_on() {
     let (folder, path) = folder();
     filled(&path, ROTATION, [1]);
-    let mut log = Log::create(&path, &[], ROTATION).unwrap();
+    let mut log = Log::create(&path, &[], PLAIN, ROTATION).unwrap();
     for time_ns in 0..10_000 {
         log.write(&LogRow { time_ns, input: None, ..ROW }).unwrap();
     }
@@ -244,10 +281,10 @@ fn what_is_deleted_next_is_known_from_the_start() {
     for time in 1..=3 {
         filled(&path, ROTATION, [time]);
     }
-    assert_eq!(Log::create(&path, &[], ROTATION).unwrap().doomed(), None);
+    assert_eq!(Log::create(&path, &[], PLAIN, ROTATION).unwrap().doomed(), None);
     filled(&path, ROTATION, [4]);
     let oldest = folder.path().canonicalize().unwrap().join("axis.3.csv");
-    assert_eq!(Log::create(&path, &[], ROTATION).unwrap().doomed(), Some(oldest));
+    assert_eq!(Log::create(&path, &[], PLAIN, ROTATION).unwrap().doomed(), Some(oldest));
 }
 
 #[test]

@@ -1,0 +1,149 @@
+//! What happens to a ring, from what its master says at each poll.
+
+use std::fmt;
+
+use encoring_ring::diagnostics::{Diagnosis, status};
+use encoring_words::{Duration, Instant};
+
+use crate::bus::BusError;
+use crate::judge::Ring;
+
+/// Single faulty data cycles are told once in this time.
+const FAULTY_AGAIN_AFTER: Duration = Duration::from_secs(10);
+
+/// What changes with services of a controller, or from one data cycle to the next.
+const FLEETING: u16 = status::SS_INFO | status::DC_RESULT | status::RESULT | status::SY_RESULT;
+
+/// What the master of a ring says on which all is well.
+const SOUND: Diagnosis =
+    Diagnosis { status: Some(status::READY | status::ACTIVE | status::RUN), parameter: Some(0) };
+
+/// Something that happened to a ring.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum RingEvent {
+    /// It stands still.
+    Stopped(Diagnosis),
+    /// It runs again.
+    Runs {
+        /// How long it was seen standing.
+        stood_for: Duration,
+        /// What its master says.
+        diagnosis: Diagnosis,
+    },
+    /// Its master says something else than before.
+    Says(Diagnosis),
+    /// A data cycle was faulty, and the ring ran on.
+    FaultyCycle(Diagnosis),
+    /// What the master says could not be read.
+    Unread(BusError),
+}
+
+/// What was told of a ring so far.
+#[derive(Clone, Debug, Default)]
+pub struct RingHistory {
+    /// What the master last said, fleeting bits aside.
+    said: Option<Diagnosis>,
+    stopped: Option<Instant>,
+    faulty: Option<Instant>,
+    unread: Option<BusError>,
+}
+
+impl RingHistory {
+    /// Takes what a poll brought, and says what is new.
+    pub fn take(&mut self, at: Instant, told: &Result<Diagnosis, BusError>) -> Option<RingEvent> {
+        let diagnosis = match told {
+            Ok(diagnosis) if *diagnosis == Diagnosis::default() => return None,
+            Ok(diagnosis) => *diagnosis,
+            Err(error) => return self.failed(error),
+        };
+        let read_again = self.unread.take().is_some();
+        let lasting = Diagnosis { status: diagnosis.status.map(|status| status & !FLEETING), ..diagnosis };
+        // A ring on which all is well is nothing new.
+        let before =
+            self.said.replace(lasting).unwrap_or(if diagnosis.status.is_some() { SOUND } else { lasting });
+        match (self.stopped, diagnosis.reaches(0)) {
+            (None, Some(false)) => {
+                self.stopped = Some(at);
+                Some(RingEvent::Stopped(diagnosis))
+            }
+            (Some(since), Some(true)) => {
+                self.stopped = None;
+                Some(RingEvent::Runs { stood_for: at.since(since), diagnosis })
+            }
+            _ if read_again || differs(before, lasting) => Some(RingEvent::Says(diagnosis)),
+            _ => self.faulty_cycle(at, diagnosis),
+        }
+    }
+
+    fn failed(&mut self, error: &BusError) -> Option<RingEvent> {
+        let told = self.unread.as_ref() == Some(error);
+        self.unread = Some(error.clone());
+        (!told).then(|| RingEvent::Unread(error.clone()))
+    }
+
+    fn faulty_cycle(&mut self, at: Instant, diagnosis: Diagnosis) -> Option<RingEvent> {
+        let is_faulty = diagnosis.status.is_some_and(|word| word & status::DC_RESULT != 0);
+        if !is_faulty || diagnosis.reaches(0) != Some(true) {
+            return None;
+        }
+        let told = self.faulty.is_some_and(|last| at.since(last) < FAULTY_AGAIN_AFTER);
+        if !told {
+            self.faulty = Some(at);
+        }
+        (!told).then_some(RingEvent::FaultyCycle(diagnosis))
+    }
+}
+
+/// Registers that are not shown differ from nothing.
+fn differs(before: Diagnosis, now: Diagnosis) -> bool {
+    before.status.zip(now.status).is_some_and(|(before, now)| before != now)
+        || before.parameter.zip(now.parameter).is_some_and(|(before, now)| before != now)
+}
+
+/// What an encoder's judge is to know of the ring.
+#[must_use]
+pub fn ring_at(told: &Result<Diagnosis, BusError>, position: usize) -> Ring {
+    match told {
+        Ok(diagnosis) if diagnosis.reaches(position) == Some(false) => Ring::Stands(*diagnosis),
+        Ok(_) => Ring::Runs,
+        Err(_) => Ring::Unread,
+    }
+}
+
+impl RingEvent {
+    /// What the master said with it.
+    #[must_use]
+    pub const fn diagnosis(&self) -> Option<Diagnosis> {
+        match self {
+            Self::Stopped(diagnosis)
+            | Self::Runs { diagnosis, .. }
+            | Self::Says(diagnosis)
+            | Self::FaultyCycle(diagnosis) => Some(*diagnosis),
+            Self::Unread(_) => None,
+        }
+    }
+}
+
+impl fmt::Display for RingEvent {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stopped(diagnosis) | Self::Says(diagnosis) => diagnosis.fmt(f),
+            Self::Runs { stood_for, diagnosis } => {
+                write!(f, "the ring stood still for {} s; now {diagnosis}", tenths(*stood_for))
+            }
+            Self::FaultyCycle(diagnosis) => write!(f, "a data cycle was faulty; {diagnosis}"),
+            Self::Unread(error) => {
+                write!(
+                    f,
+                    "what the ring's master says was not read: {error}; whether the ring runs is not known"
+                )
+            }
+        }
+    }
+}
+
+/// A time in seconds, with one decimal.
+fn tenths(span: Duration) -> String {
+    let tenths = span.as_nanos() / 100_000_000;
+    format!("{}.{}", tenths / 10, tenths % 10)
+}

@@ -1,0 +1,155 @@
+//! What happens while encoders are looked at, as it is told on a screen, in lines, in a log and to programs.
+
+use std::fmt;
+use std::time::{Duration as Real, SystemTime};
+
+use encoring_bus::watch::Poll;
+use encoring_bus::{Link, RingEvent};
+use encoring_host::validity::Stop;
+use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
+use encoring_words::Instant;
+use serde::Serialize;
+
+use crate::output::time::{seconds, span};
+
+/// Which date a time on the bus's clock is.
+#[derive(Clone, Copy)]
+pub(crate) struct Calendar {
+    began: SystemTime,
+    origin: Instant,
+}
+
+impl Calendar {
+    /// It is `now` on the bus's clock.
+    #[expect(clippy::disallowed_methods, reason = "what happened is told with its date")]
+    pub(crate) fn at(now: Instant) -> Self {
+        Self { began: SystemTime::now(), origin: now }
+    }
+
+    /// In UTC.
+    pub(crate) fn date(&self, at: Instant) -> String {
+        let since = Real::from_nanos(at.since(self.origin).as_nanos());
+        let date = self.began.checked_add(since).unwrap_or(self.began);
+        humantime::format_rfc3339_seconds(date).to_string()
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct News {
+    pub(crate) event: &'static str,
+    pub(crate) time_ns: u64,
+    pub(crate) date: String,
+    /// `null`: the link or the ring.
+    pub(crate) position: Option<usize>,
+    pub(crate) text: String,
+    /// What the ring's master said with it.
+    pub(crate) diagnosis: Option<DiagnosisView>,
+    /// Part of the history of a ring: no attempt among many, and nothing that the words show.
+    #[serde(skip)]
+    pub(crate) lasting: bool,
+}
+
+/// What a ring's master says.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct DiagnosisView {
+    ring_runs: Option<bool>,
+    status_hex: Option<String>,
+    status: Vec<&'static str>,
+    parameter_hex: Option<String>,
+    parameter: Option<String>,
+    device_number: Option<String>,
+    segment: Option<usize>,
+}
+
+impl DiagnosisView {
+    fn new(diagnosis: Diagnosis) -> Self {
+        let Diagnosis { status, parameter } = diagnosis;
+        let hex = |register: u16| format!("{register:04X}");
+        Self {
+            ring_runs: diagnosis.reaches(0),
+            status_hex: status.map(hex),
+            status: names(status.unwrap_or_default()).collect(),
+            parameter_hex: parameter.map(hex),
+            parameter: parameter.map(|parameter| DiagnosticParameter(parameter).to_string()),
+            device_number: diagnosis.device().map(|(device, place)| format!("{device}.{place}")),
+            segment: diagnosis.segment(),
+        }
+    }
+}
+
+/// What happened with a poll.
+pub(crate) fn news(poll: &Poll, calendar: &Calendar) -> Vec<News> {
+    let told = |event, at: Instant, position, text| News {
+        event,
+        time_ns: at.as_nanos(),
+        date: calendar.date(at),
+        position,
+        text,
+        diagnosis: None,
+        lasting: false,
+    };
+    let mut news: Vec<News> = Vec::new();
+    for event in &poll.link {
+        let lasting = event.what.is_trouble() && !matches!(event.what, Link::Failed { .. });
+        news.push(News { lasting, ..told(link(&event.what), event.at, None, event.what.to_string()) });
+    }
+    if let Some(event) = &poll.ring {
+        let diagnosis = event.diagnosis().map(DiagnosisView::new);
+        news.push(News { diagnosis, lasting: true, ..told(ring(event), poll.at, None, event.to_string()) });
+    }
+    for position in &poll.acknowledged {
+        let text = "the jump was acknowledged: the next position is taken as it comes".to_owned();
+        news.push(News { lasting: true, ..told("acknowledged", poll.at, Some(*position), text) });
+    }
+    for sight in &poll.sights {
+        let (event, text) = match sight.stop {
+            None => continue,
+            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned()),
+            Some(Stop::Implausible(why)) => ("implausible", why.to_string()),
+            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age))),
+        };
+        news.push(told(event, sight.at, Some(sight.position), text));
+    }
+    news
+}
+
+const fn link(what: &Link) -> &'static str {
+    match what {
+        Link::Up { .. } => "link_up",
+        Link::Down { .. } => "link_down",
+        Link::Failed { .. } => "link_failed",
+    }
+}
+
+const fn ring(event: &RingEvent) -> &'static str {
+    match event {
+        RingEvent::Stopped(_) => "ring_stopped",
+        RingEvent::Runs { .. } => "ring_runs",
+        RingEvent::Says(_) => "diagnosis",
+        RingEvent::FaultyCycle(_) => "faulty_cycle",
+        RingEvent::Unread(_) => "diagnosis_unread",
+    }
+}
+
+impl News {
+    /// Of the ring, without a word of its master.
+    pub(crate) fn of_ring(event: &'static str, at: Instant, calendar: &Calendar, text: &str) -> Self {
+        let (date, text) = (calendar.date(at), text.to_owned());
+        Self { event, time_ns: at.as_nanos(), date, position: None, text, diagnosis: None, lasting: true }
+    }
+
+    /// What happened, and to whom.
+    pub(crate) fn told(&self) -> String {
+        match self.position {
+            Some(position) => format!("position {position}: {}", self.text),
+            None => self.text.clone(),
+        }
+    }
+}
+
+impl fmt::Display for News {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:>10} s  {}  {}", seconds(self.time_ns), self.date, self.told())
+    }
+}
