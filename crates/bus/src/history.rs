@@ -20,7 +20,7 @@ const SOUND: Diagnosis =
 
 /// Something that happened to a ring.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum RingEvent {
+pub enum RingNews {
     /// It stands still.
     Stopped(Diagnosis),
     /// It runs again.
@@ -50,7 +50,7 @@ pub struct RingHistory {
 
 impl RingHistory {
     /// Takes what a poll brought, and says what is new.
-    pub fn take(&mut self, at: Instant, told: &Result<Diagnosis, BusError>) -> Option<RingEvent> {
+    pub fn take(&mut self, at: Instant, told: &Result<Diagnosis, BusError>) -> Option<RingNews> {
         let diagnosis = match told {
             Ok(diagnosis) if *diagnosis == Diagnosis::default() => return None,
             Ok(diagnosis) => *diagnosis,
@@ -64,24 +64,24 @@ impl RingHistory {
         match (self.stopped, diagnosis.reaches(0)) {
             (None, Some(false)) => {
                 self.stopped = Some(at);
-                Some(RingEvent::Stopped(diagnosis))
+                Some(RingNews::Stopped(diagnosis))
             }
             (Some(since), Some(true)) => {
                 self.stopped = None;
-                Some(RingEvent::Runs { stood_for: at.since(since), diagnosis })
+                Some(RingNews::Runs { stood_for: at.since(since), diagnosis })
             }
-            _ if read_again || differs(before, lasting) => Some(RingEvent::Says(diagnosis)),
+            _ if read_again || differs(before, lasting) => Some(RingNews::Says(diagnosis)),
             _ => self.faulty_cycle(at, diagnosis),
         }
     }
 
-    fn failed(&mut self, error: &BusError) -> Option<RingEvent> {
+    fn failed(&mut self, error: &BusError) -> Option<RingNews> {
         let told = self.unread.as_ref() == Some(error);
         self.unread = Some(error.clone());
-        (!told).then(|| RingEvent::Unread(error.clone()))
+        (!told).then(|| RingNews::Unread(error.clone()))
     }
 
-    fn faulty_cycle(&mut self, at: Instant, diagnosis: Diagnosis) -> Option<RingEvent> {
+    fn faulty_cycle(&mut self, at: Instant, diagnosis: Diagnosis) -> Option<RingNews> {
         let is_faulty = diagnosis.status.is_some_and(|word| word & status::DC_RESULT != 0);
         if !is_faulty || diagnosis.reaches(0) != Some(true) {
             return None;
@@ -90,7 +90,7 @@ impl RingHistory {
         if !told {
             self.faulty = Some(at);
         }
-        (!told).then_some(RingEvent::FaultyCycle(diagnosis))
+        (!told).then_some(RingNews::FaultyCycle(diagnosis))
     }
 }
 
@@ -110,7 +110,7 @@ pub fn ring_at(told: &Result<Diagnosis, BusError>, position: usize) -> Ring {
     }
 }
 
-impl RingEvent {
+impl RingNews {
     /// What the master said with it.
     #[must_use]
     pub const fn diagnosis(&self) -> Option<Diagnosis> {
@@ -124,7 +124,7 @@ impl RingEvent {
     }
 }
 
-impl fmt::Display for RingEvent {
+impl fmt::Display for RingNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stopped(diagnosis) | Self::Says(diagnosis) => diagnosis.fmt(f),

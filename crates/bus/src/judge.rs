@@ -58,6 +58,17 @@ impl Judgement {
         "no_answer_no_encoder",
     ];
 
+    /// `true` for a fault of the encoder or its ring; `None` if nothing is known of them: nothing came, or nothing new, or
+    /// what no encoder sends.
+    #[must_use]
+    pub const fn is_fault(&self) -> Option<bool> {
+        match self {
+            Self::Valid(_) | Self::Unchecked(_) | Self::InService => Some(false),
+            Self::Stale { .. } | Self::NoAnswer(_) | Self::Implausible(Why::Foreign(_)) => None,
+            Self::RingStopped(_) | Self::Faulty(_) | Self::Implausible(_) => Some(true),
+        }
+    }
+
     /// One word for it.
     #[must_use]
     pub fn word(&self) -> &'static str {

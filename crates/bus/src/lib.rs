@@ -14,7 +14,7 @@ pub mod release;
 pub mod watch;
 
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
-pub use history::RingEvent;
+pub use history::RingNews;
 pub use image::SharedImage;
 pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
 pub use master::{EncoderMaster, LeftBit, MasterError};

@@ -12,7 +12,7 @@ use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::bus::{Answered, Bus, BusError, LinkEvent};
-use crate::history::{RingEvent, RingHistory, ring_at};
+use crate::history::{RingHistory, RingNews, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
 
 /// How long a wait may be before the stop mark is looked at.
@@ -50,7 +50,7 @@ pub struct Poll {
     /// What the ring's master says, as far as the bus shows it; read before the words.
     pub diagnosis: Diagnosis,
     /// What is new of the ring.
-    pub ring: Option<RingEvent>,
+    pub ring: Option<RingNews>,
     /// The positions whose jump was acknowledged since the poll before.
     pub acknowledged: Vec<usize>,
     /// What happened to the link.

@@ -117,7 +117,18 @@ impl BusArguments {
                 let diagnosis = gateway.diagnosis;
                 let (bus, world, memories) = (Box::new(Client::new(gateway)?), None, None);
                 let left = None;
-                Ok(Opened { bus, world, address, diagnosis, timeout, memories, interrupt, left, place, identity })
+                Ok(Opened {
+                    bus,
+                    world,
+                    address,
+                    diagnosis,
+                    timeout,
+                    memories,
+                    interrupt,
+                    left,
+                    place,
+                    identity,
+                })
             }
         }
     }

@@ -11,7 +11,7 @@ use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
 use encoring_ring::diagnostics::Diagnosis;
 use encoring_station::SharedWorld;
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, MasterColumns, Rotation};
-use encoring_words::Duration;
+use encoring_words::{Duration, Instant};
 use serde::Serialize;
 
 use crate::arguments::span;
@@ -24,7 +24,7 @@ use crate::output::progress::Progress;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format, bad_input, note, page};
 use crate::subjects::SubjectArguments;
-use crate::told::looked;
+use crate::told::{FaultSeen, Faults, looked};
 
 /// A power cut loses at most what came in this time.
 const FLUSH_EVERY: Real = Real::from_secs(1);
@@ -36,14 +36,16 @@ const SHOW_EVERY: Real = Real::from_millis(200);
 
 /// Log what encoders show, for days
 ///
-/// Only reads: never writes an OUT word. A row for every encoder and poll: time, words, verdict, position. FILE.csv is
+/// Only reads: never writes an OUT word. It judges every 10 ms (--poll) and writes a row for every encoder each 100 ms (--every)
+/// and at each change of its verdict: time, words, verdict, position. FILE.csv is
 /// always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A FILE.csv
 /// that is there is kept as FILE.1.csv if it is a log, and else refused; it stays FILE.csv until a word was seen. Every
 /// second all rows are brought onto the disk.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 2 bad usage, or FILE is no log;
-3 no poll brought a word, or the log cannot be written; what was written stays.
+Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 1 with --exit-on-fault: a fault was seen; 2 bad usage, or FILE is no
+log; 3 no poll brought a word, the log cannot be written (what was written stays), or with --exit-on-fault: no fault was
+seen, but an encoder could not be judged at some time.
 
 Examples:
   encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
@@ -55,9 +57,15 @@ pub(crate) struct Arguments {
     file: PathBuf,
     #[command(flatten)]
     subjects: SubjectArguments,
-    /// How often to look; 0: as often as the bus can
+    /// How often to write a row; one more at each change of a verdict. 0: as often as the bus can
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = every)]
     every: Duration,
+    /// How often to look and judge, at least with each row; never more than one request is under way
+    #[arg(long, value_name = "TIME", default_value = "10ms", value_parser = every)]
+    poll: Duration,
+    /// End with the first fault: error bit, implausible position, stopped ring
+    #[arg(long)]
+    exit_on_fault: bool,
     /// Only rows in which a word or the verdict differs from the row before
     #[arg(long)]
     changes: bool,
@@ -92,6 +100,8 @@ struct Summary {
     /// Files begun.
     files: u64,
     verdicts: Vec<Count>,
+    /// What ended it, with `--exit-on-fault`.
+    fault: Option<FaultSeen>,
 }
 
 #[derive(Serialize)]
@@ -110,7 +120,7 @@ impl fmt::Display for Summary {
             write!(f, "{before}{verdict} {polls}")?;
             before = ", ";
         }
-        Ok(())
+        self.fault.as_ref().map_or(Ok(()), |fault| write!(f, "\nended by a fault: {fault}"))
     }
 }
 
@@ -156,7 +166,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(untold) = opened.untold_ring() {
         note(&format!("note: {untold}"));
     }
-    let plan = Plan { every: arguments.every, lasting: arguments.lasting.lasting };
+    let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
     let (stop, quit) = (opened.stop(), opened.stop());
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
@@ -203,9 +213,12 @@ struct Logging<'a> {
     log: Log,
     arguments: &'a Arguments,
     calendar: Calendar,
+    /// When the next row of every encoder is due.
+    due: Instant,
     /// Of each encoder what the last row was made of.
     before: Vec<(u64, Option<u32>, Option<u32>, &'static str)>,
     verdicts: [u64; Judgement::WORDS.len()],
+    faults: Faults,
     polls: u64,
     flushed: Clock,
     shown: Clock,
@@ -223,7 +236,21 @@ impl<'a> Logging<'a> {
         let notes = Printer::start(progress.beside(), Format::Text)?;
         let before = Vec::new();
         let (flushed, shown) = (now, now);
-        Ok(Self { log, arguments, calendar, before, verdicts, polls: 0, flushed, shown, progress, notes })
+        let due = Instant::ZERO;
+        Ok(Self {
+            log,
+            arguments,
+            calendar,
+            due,
+            faults: Faults::default(),
+            before,
+            verdicts,
+            polls: 0,
+            flushed,
+            shown,
+            progress,
+            notes,
+        })
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
@@ -235,6 +262,7 @@ impl<'a> Logging<'a> {
         let began = watch.now();
         while let Some(poll) = watch.poll_with(|position| world?.insight(position)) {
             self.poll(poll)?;
+            self.faults.take(poll);
             let now = Clock::now();
             if now.duration_since(self.flushed) >= FLUSH_EVERY {
                 self.flushed = now;
@@ -243,6 +271,9 @@ impl<'a> Logging<'a> {
             if now.duration_since(self.shown) >= SHOW_EVERY {
                 self.shown = now;
                 self.show(poll.at.since(began));
+            }
+            if self.arguments.exit_on_fault && self.faults.first().is_some() {
+                break;
             }
         }
         self.flush()?;
@@ -254,18 +285,27 @@ impl<'a> Logging<'a> {
             time_ns: watch.now().since(began).as_nanos(),
             files: self.log.files(),
             verdicts: verdicts.map(|(verdict, polls)| Count { verdict, polls }).collect(),
+            fault: self.faults.first().filter(|_| self.arguments.exit_on_fault).cloned(),
         };
-        Ok((summary, looked(&watch), self.notes))
+        let answer = looked(&watch, self.arguments.exit_on_fault.then_some(&self.faults));
+        Ok((summary, answer, self.notes))
     }
 
     fn poll(&mut self, poll: &Poll) -> Result<(), LogError> {
         self.polls += 1;
         self.history(poll)?;
+        let regular = poll.due >= self.due;
+        if regular {
+            self.due = poll.due + self.arguments.every;
+        }
         for (k, sight) in poll.sights.iter().enumerate() {
             if let Some(count) = self.verdicts.get_mut(sight.verdict.number()) {
                 *count += 1;
             }
-            self.row(k, sight, poll.diagnosis)?;
+            let changed = self.before.get(k).is_none_or(|(.., verdict)| *verdict != sight.verdict.word());
+            if regular || changed {
+                self.row(k, sight, poll.diagnosis)?;
+            }
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::{Duration as Real, SystemTime};
 
 use encoring_bus::watch::Poll;
-use encoring_bus::{Link, RingEvent};
+use encoring_bus::{Link, RingNews};
 use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
 use encoring_words::Instant;
@@ -122,13 +122,13 @@ const fn link(what: &Link) -> &'static str {
     }
 }
 
-const fn ring(event: &RingEvent) -> &'static str {
+const fn ring(event: &RingNews) -> &'static str {
     match event {
-        RingEvent::Stopped(_) => "ring_stopped",
-        RingEvent::Runs { .. } => "ring_runs",
-        RingEvent::Says(_) => "diagnosis",
-        RingEvent::FaultyCycle(_) => "faulty_cycle",
-        RingEvent::Unread(_) => "diagnosis_unread",
+        RingNews::Stopped(_) => "ring_stopped",
+        RingNews::Runs { .. } => "ring_runs",
+        RingNews::Says(_) => "diagnosis",
+        RingNews::FaultyCycle(_) => "faulty_cycle",
+        RingNews::Unread(_) => "diagnosis_unread",
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use encoring_bus::master::MasterError;
-use encoring_bus::watch::Watch;
+use encoring_bus::watch::{Poll, Watch};
 use encoring_bus::{Bus, BusError};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
@@ -20,6 +20,7 @@ use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
 
+use crate::output::time::seconds;
 use crate::output::{Answer, Failure};
 
 /// What a service of a bus can fail with.
@@ -45,9 +46,55 @@ impl fmt::Display for TargetView {
     }
 }
 
-/// How a command ends that has only looked.
-pub(crate) fn looked<B: Bus + ?Sized>(watch: &Watch<'_, B>) -> Answer {
-    if watch.is_unanswered() { Answer::Unknown } else { Answer::Yes }
+/// The first fault that was seen, for whoever ends with it.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct FaultSeen {
+    time_ns: u64,
+    position: usize,
+    verdict: &'static str,
+}
+
+impl fmt::Display for FaultSeen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "position {} is {} at {} s", self.position, self.verdict, seconds(self.time_ns))
+    }
+}
+
+/// What polls told of faults.
+#[derive(Debug, Default)]
+pub(crate) struct Faults {
+    first: Option<FaultSeen>,
+    /// Of an encoder nothing was known at some time.
+    unknown: bool,
+}
+
+impl Faults {
+    pub(crate) fn take(&mut self, poll: &Poll) {
+        for sight in &poll.sights {
+            match sight.verdict.is_fault() {
+                Some(true) if self.first.is_none() => {
+                    let (time_ns, verdict) = (sight.at.as_nanos(), sight.verdict.word());
+                    self.first = Some(FaultSeen { time_ns, position: sight.position, verdict });
+                }
+                Some(_) => {}
+                None => self.unknown = true,
+            }
+        }
+    }
+
+    pub(crate) const fn first(&self) -> Option<&FaultSeen> {
+        self.first.as_ref()
+    }
+}
+
+/// How a command ends that has only looked; `faults` are those that it was to look for.
+pub(crate) fn looked<B: Bus + ?Sized>(watch: &Watch<'_, B>, faults: Option<&Faults>) -> Answer {
+    match faults {
+        Some(Faults { first: Some(_), .. }) => Answer::No,
+        Some(Faults { unknown: true, .. }) => Answer::Unknown,
+        _ if watch.is_unanswered() => Answer::Unknown,
+        _ => Answer::Yes,
+    }
 }
 
 /// What IN showed.

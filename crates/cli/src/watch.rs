@@ -7,7 +7,8 @@ mod seen;
 mod tests;
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::atomic::AtomicBool;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Args;
 use encoring_bus::watch::{Plan, Subject, Watch};
@@ -23,7 +24,7 @@ use crate::output::printer::Printer;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
 use crate::subjects::SubjectArguments;
-use crate::told::looked;
+use crate::told::{FaultSeen, Faults, looked};
 use screen::Update;
 use seen::Seen;
 
@@ -35,14 +36,15 @@ const EVERY_MIN: Duration = Duration::from_millis(10);
 /// Watch what encoders show
 ///
 /// Only reads: never writes an OUT word, so a controller may go on working meanwhile. On a terminal a live view: q
-/// quits, the arrows scroll, l changes between blocks and a list. Else lines: one for each encoder at first, when
+/// quits, the arrows scroll, l changes between blocks and a list, a acknowledges jumps. Else lines: one for each encoder at first, when
 /// something has changed, and every 10 s.
 ///
 /// Parameters cannot be read without writing: behind a gateway --parameters names files with them. Without, neither
 /// range nor jumps can be judged, and it says so.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 ended by the user or by --for; 2 bad usage; 3 no poll brought a word.
+Exit codes: 0 ended by the user or by --for; 1 with --exit-on-fault: a fault was seen; 2 bad usage; 3 no poll brought a
+word, or with --exit-on-fault: no fault was seen, but an encoder could not be judged at some time.
 
 Examples:
   encoring watch --bus sim
@@ -58,6 +60,9 @@ pub(crate) struct Arguments {
     /// How often to look and judge; never more than one request is under way
     #[arg(long, value_name = "TIME", default_value = "10ms", value_parser = every)]
     poll: Duration,
+    /// End with the first fault: error bit, implausible position, stopped ring
+    #[arg(long)]
+    exit_on_fault: bool,
     #[command(flatten)]
     lasting: Lasting,
     #[command(flatten)]
@@ -84,7 +89,15 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let untold = opened.untold_ring();
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     let calendar = Calendar::at(watch.now());
-    let watch = Watched { watch, world: opened.world.clone(), calendar, untold };
+    let watch = Watched {
+        watch,
+        world: opened.world.clone(),
+        calendar,
+        untold,
+        acknowledged: Arc::default(),
+        faults: None,
+    };
+    let watch = Watched { faults: arguments.exit_on_fault.then(Faults::default), ..watch };
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
         live::run(watch, about, &quit)?
     } else {
@@ -101,13 +114,26 @@ struct Watched<'a> {
     calendar: Calendar,
     /// What is still to be said of a ring of which nobody tells whether it runs.
     untold: Option<&'static str>,
+    /// Somebody has acknowledged the jumps that are marked.
+    acknowledged: Arc<AtomicBool>,
+    /// Those that it is to end with.
+    faults: Option<Faults>,
 }
 
 impl Watched<'_> {
     /// Waits for the next poll, and makes of it what is shown.
     fn poll(&mut self) -> Option<Update> {
+        if self.faults.as_ref().is_some_and(|faults| faults.first().is_some()) {
+            return None;
+        }
+        if self.acknowledged.swap(false, Ordering::Relaxed) {
+            self.watch.acknowledge();
+        }
         let world = self.world.as_ref();
         let poll = self.watch.poll_with(|position| world?.insight(position))?;
+        if let Some(faults) = &mut self.faults {
+            faults.take(poll);
+        }
         let (at, polls) = (poll.at, poll.number + 1);
         let (sights, mut news) = (poll.sights.clone(), news(poll, &self.calendar));
         if let Some(text) = self.untold.take() {
@@ -143,6 +169,7 @@ struct Ended {
     event: &'static str,
     time_ns: u64,
     polls: u64,
+    fault: Option<FaultSeen>,
 }
 
 /// The output that is no screen.
@@ -166,9 +193,10 @@ impl Lines {
             polls = update.polls;
             self.poll(update.seen, &update.news)?;
         }
-        self.end(watched.watch.now().as_nanos(), polls)?;
+        let fault = watched.faults.as_ref().and_then(Faults::first);
+        self.end(watched.watch.now().as_nanos(), polls, fault)?;
         self.out.close().wait(quit)?;
-        Ok(looked(&watched.watch))
+        Ok(looked(&watched.watch, watched.faults.as_ref()))
     }
 
     fn begin(&mut self, subjects: &[Subject]) -> io::Result<()> {
@@ -235,13 +263,19 @@ impl Lines {
         self.out.print(String::from_utf8_lossy(&out).into_owned())
     }
 
-    fn end(&mut self, time_ns: u64, polls: u64) -> io::Result<()> {
+    fn end(&mut self, time_ns: u64, polls: u64, fault: Option<&FaultSeen>) -> io::Result<()> {
         let mut out = Vec::new();
         match self.format {
             Format::Json => {
-                writeln!(out, "{}", serde_json::to_string(&Ended { event: "ended", time_ns, polls })?)?;
+                let ended = Ended { event: "ended", time_ns, polls, fault: fault.cloned() };
+                writeln!(out, "{}", serde_json::to_string(&ended)?)?;
             }
-            Format::Text => writeln!(out, "{polls} polls in {} s", seconds(time_ns))?,
+            Format::Text => {
+                writeln!(out, "{polls} polls in {} s", seconds(time_ns))?;
+                if let Some(fault) = fault {
+                    writeln!(out, "ended by a fault: {fault}")?;
+                }
+            }
         }
         self.out.print(String::from_utf8_lossy(&out).into_owned())
     }

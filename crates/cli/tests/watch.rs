@@ -249,7 +249,7 @@ fn a_log_has_a_row_for_each_encoder_and_poll() {
     let arguments = ["log", "a.csv", "--bus", "sim", "--for", "10", "--speed", "max"];
     let output = run(folder.path(), &arguments);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "300 rows of 100 polls in 9.999 s, 1 file: valid 3000\n");
+    assert_eq!(text(&output.stdout), "300 rows of 1000 polls in 9.999 s, 1 file: valid 3000\n");
     let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
     let head: Vec<_> = file.lines().take(8).collect();
     assert!(head[0].starts_with("# encoring-log 2 started 2"), "{}", head[0]);
@@ -271,7 +271,7 @@ fn with_changes_only_what_differs_is_logged() {
     let output = run(folder.path(), &[&arguments[..], &["--every", "1s"]].concat());
     let summary = text(&output.stdout);
     assert!(
-        summary.starts_with("1 rows of 600 polls in ") && summary.ends_with(": valid 600\n"),
+        summary.starts_with("1 rows of 60000 polls in ") && summary.ends_with(": valid 60000\n"),
         "{summary}"
     );
     assert_eq!(rows(&folder.path().join("a.csv")), ["0,0x00000000,0x000030D4,valid,12500"]);
@@ -349,7 +349,7 @@ fn a_log_can_go_into_a_pipe_that_closes_early() {
     let output = run(folder.path(), &[&arguments[..], &["1s"]].concat());
     let (out, err) = (text(&output.stdout), text(&output.stderr));
     assert_eq!((output.status.code(), out.lines().count()), (Some(0), 36), "{out}");
-    assert!(err.starts_with("30 rows of 10 polls"), "{err}");
+    assert!(err.starts_with("30 rows of 100 polls"), "{err}");
     let mut log = Running::start(folder.path(), &[&arguments[..], &["1h"]].concat());
     log.line();
     drop(log.lines);
@@ -397,13 +397,67 @@ fn failed_polls_are_rows_without_words() {
             std::thread::yield_now();
         }
     };
-    wait("2,00000000,");
+    wait("2,0x00000000,");
     sim.end("-TERM");
     wait("0,,,no_answer_");
     let summary = log.end("-TERM");
     assert!(summary.contains("unchecked ") && summary.contains("no_answer_no_connection "), "{summary}");
     let head = fs::read_to_string(&file).unwrap();
     assert!(head.contains("# encoder 2 ce-65-m cannot_judge=code+range+motion\n"), "{head}");
+}
+
+/// Asks the control port for something.
+fn control(address: &str, verb: &str) {
+    let mut client = TcpStream::connect(address).unwrap();
+    client.write_all(format!("{verb}\n").as_bytes()).unwrap();
+    let mut answer = String::new();
+    BufReader::new(client).read_line(&mut answer).unwrap();
+    assert!(answer.contains("\"ok\":true"), "{answer}");
+}
+
+#[test]
+fn a_stopped_ring_is_seen_over_modbus_with_device_and_segment_and_a_log_holds_its_history() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["sim", "--format", "json", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+    let mut sim = Running::start(folder.path(), &arguments);
+    let listening = sim.json();
+    let port = listening["modbus"].as_str().unwrap().to_owned();
+    let door = listening["control"].as_str().unwrap().to_owned();
+    let address = format!("modbus-tcp://{port}?status=holding:900&parameter=holding:901");
+    let at = ["--bus", &address, "--at", "0-2", "--model", "la-66,ce-100-m,ce-65-m", "--stale-after", "1m"];
+    let mut watch = Running::start(folder.path(), &[&["watch", "--format", "json"][..], &at].concat());
+    let log = Running::start(folder.path(), &[&["log", "a.csv"][..], &at].concat());
+    watch.until(|line| line["event"] == "seen" && line["verdict"] == "unchecked");
+
+    control(&door, r#"{"verb":"line","segment":1,"fault":"silent"}"#);
+    let found = watch.until(|line| line["diagnosis"]["segment"] == 1);
+    assert_eq!(found["diagnosis"]["device_number"], "1.0", "{found}");
+    assert!(found["text"].as_str().unwrap().starts_with("the ring stands still: "), "{found}");
+    assert!(found["date"].as_str().unwrap().ends_with('Z'), "{found}");
+    let stopped = watch.until(|line| line["position"] == 2 && line["verdict"] == "ring_stopped");
+    assert!(stopped["value"].is_null(), "{stopped}");
+
+    control(&door, r#"{"verb":"line","fault":"none"}"#);
+    watch.until(|line| line["event"] == "ring_runs");
+    watch.until(|line| line["position"] == 2 && line["verdict"] == "unchecked");
+    watch.end("-INT");
+    log.end("-INT");
+    let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert!(file.contains("\ntime_us,position,out,in,verdict,value,status,parameter\n"), "{file}");
+    assert!(file.contains("# event ring_stopped: ") && file.contains("# event ring_runs: "), "{file}");
+    let rows = rows(&folder.path().join("a.csv"));
+    assert!(rows.iter().any(|row| row.contains(",ring_stopped,,0x1094,0x0180")), "{file}");
+
+    let fault = ["--exit-on-fault", "--for", "1m"];
+    control(&door, r#"{"verb":"line","segment":1,"fault":"silent"}"#);
+    let output = run(folder.path(), &[&["watch"][..], &at, &fault].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    assert!(text(&output.stdout).contains("\nended by a fault: position 0 is ring_stopped at "));
+    let output = run(folder.path(), &[&["log", "b.csv"][..], &at, &fault].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+    sim.end("-TERM");
+    let output = run(folder.path(), &[&["watch"][..], &at, &["--exit-on-fault", "--for", "100ms"]].concat());
+    assert_eq!(output.status.code(), Some(3), "{}", text(&output.stdout));
 }
 
 #[test]

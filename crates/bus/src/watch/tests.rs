@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::bus::{Cause, Cycle, Link, Settling};
+use crate::history::RingNews;
 use crate::judge::{Blind, Ring, Tolerance};
 use encoring_host::validity::Why;
 use encoring_words::model::Sensor;
@@ -28,6 +29,8 @@ struct Script {
     cycles: Vec<(usize, usize)>,
     writes: u32,
     events: Vec<LinkEvent>,
+    /// What the master says, and at last for ever.
+    says: VecDeque<Result<Diagnosis, BusError>>,
 }
 
 impl Script {
@@ -40,6 +43,7 @@ impl Script {
             cycles: Vec::new(),
             writes: 0,
             events: Vec::new(),
+            says: VecDeque::new(),
         }
     }
 }
@@ -74,6 +78,14 @@ impl Bus for Script {
 
     fn settling(&self) -> Settling {
         Settling { cycles: 1, time: Duration::ZERO }
+    }
+
+    fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
+        match self.says.len() {
+            0 => Ok(Diagnosis::default()),
+            1 => self.says[0].clone(),
+            _ => self.says.pop_front().unwrap(),
+        }
     }
 
     fn link_event(&mut self) -> Option<LinkEvent> {
@@ -317,6 +329,119 @@ fn a_jump_stays_marked_until_the_position_is_back_or_somebody_acknowledges_it() 
     assert_eq!(see(&mut judge, 1_001, 5_000), "implausible_speed");
     assert!(judge.acknowledge());
     assert_eq!(see(&mut judge, 1_002, 5_000), "valid");
+}
+
+/// 4096 turns of 4096 steps, as from the factory.
+fn factory() -> Judge {
+    let values = [
+        (Parameter::CountingDirection, 0),
+        (Parameter::MeasuringLength, 0xFF_FFFF),
+        (Parameter::Numerator, 4_096),
+        (Parameter::Denominator, 1),
+    ];
+    Judge::new(Model::Ce65M, Some(Sensor::Rotary { steps_per_turn: 4096 }), &values, STALE).unwrap()
+}
+
+/// What `watch` and `log` do unless they are told otherwise.
+const DEFAULTS: Plan = Plan { every: Duration::from_millis(10), lasting: None };
+
+#[test]
+fn a_jump_of_16_turns_is_caught_at_the_defaults_and_stays_marked_for_minutes() {
+    let far = 1_000_000 + 16 * 4_096;
+    let words = [vec![1_000_000; 3], vec![far; 20_000], vec![1_000_000; 2]].concat();
+    let mut script = Script::new(words.into_iter().map(Ok));
+    let mut watch =
+        Watch::new(&mut script, vec![Subject { position: 0, judge: factory() }], DEFAULTS, mark());
+    let mut see = || watch.poll().unwrap().sights[0].verdict.word();
+    for _ in 0..3 {
+        assert_eq!(see(), "valid");
+    }
+    for poll in 0..20_000 {
+        assert_eq!(see(), "implausible_speed", "{poll}");
+    }
+    assert_eq!([see(), see()], ["valid"; 2], "it is back");
+}
+
+#[test]
+fn a_second_jump_from_a_marked_place_is_no_return() {
+    let turns = |turns: u32| 1_000_000 + turns * 4_096;
+    let words = [vec![turns(0); 3], vec![turns(16); 500], vec![turns(32); 500]].concat();
+    let mut script = Script::new(words.into_iter().map(Ok));
+    let mut watch =
+        Watch::new(&mut script, vec![Subject { position: 0, judge: factory() }], DEFAULTS, mark());
+    let found: Vec<_> = (0..1_003).map(|_| watch.poll().unwrap().sights[0].verdict.word()).collect();
+    assert!(found[3..].iter().all(|word| *word == "implausible_speed"));
+    watch.acknowledge();
+    let poll = watch.poll().unwrap();
+    assert_eq!(poll.acknowledged, [0]);
+    assert!(watch.poll().unwrap().acknowledged.is_empty());
+}
+
+#[test]
+fn polls_between_which_half_of_the_range_can_be_travelled_leave_a_position_unchecked_and_say_why() {
+    let ten_turns_slower = |max_rpm| {
+        let values = [
+            (Parameter::CountingDirection, 0),
+            (Parameter::MeasuringLength, 9_999),
+            (Parameter::Numerator, 10),
+            (Parameter::Denominator, 1),
+        ];
+        Judge::new(Model::Ce65M, None, &values, Tolerance { max_rpm, ..STALE }).unwrap()
+    };
+    for (max_rpm, every_ms, word) in [
+        (None, 10, "valid"),
+        (None, 100, "unchecked"),
+        (std::num::NonZeroU32::new(1_000), 100, "valid"),
+        (std::num::NonZeroU32::new(1_000), 1_000, "unchecked"),
+    ] {
+        let mut script = Script::new([Ok(5), Ok(6)]);
+        let plan = Plan { every: Duration::from_millis(every_ms), lasting: None };
+        let at = vec![Subject { position: 0, judge: ten_turns_slower(max_rpm) }];
+        let mut watch = Watch::new(&mut script, at, plan, mark());
+        assert_eq!(watch.poll().unwrap().sights[0].verdict.word(), "valid", "the first is taken as it comes");
+        assert_eq!(watch.poll().unwrap().sights[0].verdict.word(), word, "{every_ms}");
+        let slow = watch.subjects()[0].judge.blind() == [Blind::Slow];
+        assert_eq!(slow, word == "unchecked");
+    }
+}
+
+#[test]
+fn a_ring_that_stands_takes_the_numbers_away_and_is_told_once_until_it_runs() {
+    let says = |status, parameter| Ok(Diagnosis { status: Some(status), parameter: Some(parameter) });
+    let stopped = [says(0x1090, 0x0BDF), says(0x1094, 0x0300), says(0x1094, 0x0300)];
+    let refused = BusError::client(Answered::Refused, std::fmt::Error);
+    let all =
+        [&[says(0x00E0, 0)][..], &stopped, &[Err(refused.clone()), Err(refused), says(0x00E0, 0)]].concat();
+    let mut script = Script { says: all.into(), ..Script::new([5; 7].map(Ok)) };
+    let at = vec![Subject { position: 0, judge: factory() }];
+    let mut watch = Watch::new(&mut script, at, DEFAULTS, mark());
+    let mut seen = Vec::new();
+    for _ in 0..7 {
+        let poll = watch.poll().unwrap();
+        let news = match poll.ring {
+            None => "",
+            Some(RingNews::Stopped(_)) => "stopped",
+            Some(RingNews::Says(_)) => "says",
+            Some(RingNews::Runs { .. }) => "runs",
+            Some(RingNews::Unread(_)) => "unread",
+            Some(RingNews::FaultyCycle(_)) => "faulty",
+        };
+        let sight = &poll.sights[0];
+        assert!(sight.stop.is_none(), "{sight:?}");
+        seen.push((sight.verdict.word(), sight.verdict.value(), news));
+    }
+    assert_eq!(
+        seen,
+        [
+            ("valid", Some(5), ""),
+            ("ring_stopped", None, "stopped"),
+            ("ring_stopped", None, "says"),
+            ("ring_stopped", None, ""),
+            ("unchecked", Some(5), "unread"),
+            ("unchecked", Some(5), ""),
+            ("valid", Some(5), "runs"),
+        ]
+    );
 }
 
 #[test]

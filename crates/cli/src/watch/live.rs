@@ -24,6 +24,7 @@ const WAITING: usize = 4;
 
 /// Runs until the user quits or the watch ends. The terminal is as it was afterwards, whatever happens.
 pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>) -> io::Result<Answer> {
+    let acknowledged = Arc::clone(&watched.acknowledged);
     let (updates, drawn) = sync_channel(WAITING);
     let polled = &mut watched;
     thread::scope(|scope| {
@@ -32,14 +33,14 @@ pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>
         let restored = Restored;
         let polling = thread::Builder::new().name("polls".to_owned());
         polling.spawn_scoped(scope, move || polls(polled, &updates))?;
-        let ended = draw(terminal, Screen::new(about), stop, || drawn.try_recv());
+        let ended = draw(terminal, Screen::new(about), (stop, &acknowledged), || drawn.try_recv());
         // Before the wait for the last poll, which may take a time-out.
         drop(restored);
         stop.store(true, Ordering::Relaxed);
         drop(drawn);
         ended
     })?;
-    Ok(looked(&watched.watch))
+    Ok(looked(&watched.watch, watched.faults.as_ref()))
 }
 
 struct Restored;
@@ -62,7 +63,7 @@ fn polls(watched: &mut Watched<'_>, updates: &SyncSender<Update>) {
 fn draw(
     mut terminal: DefaultTerminal,
     mut screen: Screen,
-    stop: &AtomicBool,
+    (stop, acknowledged): (&AtomicBool, &AtomicBool),
     mut next: impl FnMut() -> Result<Update, TryRecvError>,
 ) -> io::Result<()> {
     let mut last = Clock::now();
@@ -85,10 +86,12 @@ fn draw(
         // All keys that wait, so that a held key cannot get ahead of the drawing.
         let mut patience = LISTEN;
         while event::poll(patience)? {
-            if let Event::Key(key) = event::read()?
-                && Next::Quit == pressed(&mut screen, key)
-            {
-                return Ok(());
+            if let Event::Key(key) = event::read()? {
+                match pressed(&mut screen, key) {
+                    Next::Quit => return Ok(()),
+                    Next::Acknowledge => acknowledged.store(true, Ordering::Relaxed),
+                    Next::Stay => {}
+                }
             }
             patience = Real::ZERO;
         }
@@ -98,6 +101,7 @@ fn draw(
 #[derive(PartialEq, Eq)]
 enum Next {
     Stay,
+    Acknowledge,
     Quit,
 }
 
@@ -108,6 +112,7 @@ fn pressed(screen: &mut Screen, key: KeyEvent) -> Next {
     match key.code {
         KeyCode::Char('q' | 'Q') | KeyCode::Esc => return Next::Quit,
         KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => return Next::Quit,
+        KeyCode::Char('a') => return Next::Acknowledge,
         KeyCode::Char('l') => screen.change_view(),
         KeyCode::Up => screen.scroll(Way::Up),
         KeyCode::Down => screen.scroll(Way::Down),

@@ -122,19 +122,26 @@ impl Screen {
             20..34 => self.news.len().min(2),
             _ => self.news.len().min(5),
         };
+        let begin = self.news.len() - events;
+        let width = usize::from(area.width);
+        let told = self
+            .news
+            .iter()
+            .skip(begin)
+            .flat_map(|news| wrap(&format!("{}  {}", news.date, news.told()), width));
+        let mut told: Vec<_> = told.map(Line::raw).collect();
+        told.truncate(2 * events);
         let [head, body, news, foot] = Layout::vertical([
             Constraint::Length(1),
             Constraint::Min(0),
-            Constraint::Length(events as u16),
+            Constraint::Length(told.len() as u16),
             Constraint::Length(1),
         ])
         .areas(area);
         let whole = if self.is_list() { self.list(frame, body) } else { self.blocks(frame, body) };
         self.page = whole.max(1);
         self.head(frame, head, ago);
-        let begin = self.news.len() - events;
-        let lines: Vec<_> = self.news.iter().skip(begin).map(|news| Line::raw(news.to_string())).collect();
-        frame.render_widget(Paragraph::new(lines).style(Style::new().fg(Color::Yellow)), news);
+        frame.render_widget(Paragraph::new(told).style(Style::new().fg(Color::Yellow)), news);
         self.foot(frame, foot, whole);
     }
 
@@ -157,7 +164,7 @@ impl Screen {
             all if whole < all => format!("{}-{last} of {all} encoders ", self.first + 1),
             _ => format!("poll {} ", self.polls),
         };
-        let keys = " q quit  arrows, page up/down scroll  l list or blocks";
+        let keys = " q quit  a acknowledge  arrows scroll  l list or blocks";
         frame.render_widget(ends(keys, &which, area.width).style(Modifier::REVERSED), area);
     }
 
