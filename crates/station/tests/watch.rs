@@ -82,7 +82,7 @@ fn without_a_pause_every_cycle_of_the_ring_is_seen_once() {
 }
 
 #[test]
-fn a_ring_that_stands_still_is_stale_and_an_encoder_without_supply_is_known_by_its_lamps() {
+fn a_ring_that_stands_still_has_no_positions_and_an_encoder_without_supply_is_known_by_its_lamps() {
     let mut ring = built_in();
     let encoders = subjects(&ring);
     let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
@@ -95,6 +95,6 @@ fn a_ring_that_stands_still_is_stale_and_an_encoder_without_supply_is_known_by_i
     let encoders = subjects(&ring);
     let mut watch = Watch::new(&mut ring, encoders, EVERY, mark());
     let words: Vec<_> = (0..3).map(|_| watch.poll().unwrap().sights[0].verdict.word()).collect();
-    assert_eq!(words.last(), Some(&"stale"), "{words:?}");
+    assert_eq!(words.last(), Some(&"ring_stopped"), "{words:?}");
     assert!(!ring.world().lamps(2).unwrap().u);
 }
