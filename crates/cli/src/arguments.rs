@@ -15,9 +15,11 @@ pub(crate) mod fault;
 mod groups;
 pub(crate) mod positions;
 pub(crate) mod range;
+mod table;
 
 pub(crate) use encoring_sim::span::read as span;
 pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, built_with};
+pub(crate) use table::TableArguments;
 
 /// A ring position; whatever the bus, there are no more.
 pub(crate) fn position(text: &str) -> Result<usize, String> {

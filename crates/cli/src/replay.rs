@@ -13,7 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::arguments;
-use crate::arguments::{Output, TypeLabel};
+use crate::arguments::{Output, TableArguments, TypeLabel};
 use crate::output::{self, Answer, Failure, Format, bad_input};
 
 /// Play a trace into an encoder and compare every IN word
@@ -31,10 +31,15 @@ line is `# encoring-trace 1`) names its encoders: --at chooses one, and its
 memory, model and all other settings come from the file. What a killed run
 left, FILE.partial, replays up to its last whole row.
 
+Tables of other programs are read too: PLC traces, spreadsheets, exports. The
+header names the columns, or --columns does; see docs/tables.md. What was
+assumed is told in one line.
+
 Examples:
   encoring replay --model ce-65-m --native 8192 trace.csv
   encoring replay --model la-66 --rod-mm 500 --print commands.csv > answers.csv
-  encoring replay --at 3 recording.csv")]
+  encoring replay --at 3 recording.csv
+  encoring replay --model ce-65-m --columns \"time_ms=Zeit,out=QD 256,in=ID 256\" plc.csv")]
 pub(crate) struct Arguments {
     /// The trace or recording, or `-` for standard input
     #[arg(value_name = "TRACE.csv")]
@@ -63,6 +68,9 @@ pub(crate) struct Arguments {
     /// The ring position to play, from 0
     #[arg(long, value_name = "POSITION", value_parser = clap::value_parser!(u8).range(0..=127))]
     at: Option<u8>,
+
+    #[command(flatten)]
+    table: TableArguments,
 
     #[command(flatten)]
     output: Output,
@@ -151,14 +159,24 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(bad_input("--native and --rod-mm: an encoder turns or is a rod, not both"));
     }
     let source = Source::open(arguments)?;
-    let mut reader = Reader::new(source.name, source.progress.wrap_read(source.bytes))
-        .map_err(|error| bad_input(error.to_string()))?;
+    let mut reader =
+        Reader::with(source.name, source.progress.wrap_read(source.bytes), &arguments.table.layout())
+            .map_err(|error| bad_input(error.to_string()))?;
+    if let Some(assumed) = reader.assumed() {
+        output::note(&format!("note: {}: {assumed}", source.name));
+    }
     let mut player = Player::new(arguments, &reader, source.name, &source.progress)?;
     let played = reader.try_for_each(|row| player.row(row.map_err(|error| bad_input(error.to_string()))?));
     source.progress.finish_and_clear();
     // Rows before a bad one are shown all the same.
     player.flush()?;
     played?;
+    if reader.may_be_decimal() {
+        output::note(&format!(
+            "note: no word of {} has a letter, and all were read as hexadecimal; if they are decimal, give --decimal",
+            source.name
+        ));
+    }
     if let Some(line) = reader.piece() {
         output::note(&format!(
             "note: {} line {line} has no line end: the recording was cut off there, and this row is left out",

@@ -3,6 +3,11 @@
 use std::fmt;
 use std::io::{self, Write};
 
+use encoring_words::number::{self, Bare};
+
+use crate::decimal::Decimal;
+use crate::error::Problem;
+
 /// One row: an exchange with one encoder, and its surroundings since that encoder's previous one.
 ///
 /// The default is what stands for missing columns.
@@ -93,6 +98,9 @@ impl CycleSeen {
     }
 }
 
+/// How far rows are apart without times.
+pub(crate) const ROW_NS: u64 = 1_000_000;
+
 const MOST_RAW: i64 = 1 << 62;
 const MOST_MILLIVOLTS: u32 = 1_000_000;
 const MOST_POSITION: u8 = 127;
@@ -130,6 +138,11 @@ impl Column {
         Time, Position, Out, Raw, Preset1, Preset2, Supply, Magnet, In, Verdict, Value, Line, Status,
         Parameter,
     ];
+
+    /// What is wrong with a file that ends before its header.
+    pub(crate) fn no_header() -> Problem {
+        Problem::NoHeader { columns: Self::ALL.map(Self::name).join(", ") }
+    }
 
     pub(crate) fn named(name: &[u8]) -> Option<Self> {
         Self::ALL.into_iter().find(|column| column.name().as_bytes() == name)
@@ -171,13 +184,31 @@ impl Column {
         }
     }
 
+    /// Why a cell cannot be [read](Self::read).
+    pub(crate) fn problem(self, cell: &[u8], style: Style) -> Problem {
+        let word = self.is_word().then(|| str::from_utf8(cell).ok()).flatten();
+        match word.and_then(|text| number::word([text], style.bare).err()) {
+            Some(error) => Problem::Table(error.to_string()),
+            None => Problem::value(cell, self.allowed()),
+        }
+    }
+
+    pub(crate) fn is_word(self) -> bool {
+        matches!(self, Out | In)
+    }
+
+    /// Whether decimals may stand in a cell.
+    pub(crate) fn is_decimal(self) -> bool {
+        matches!(self, Time | Preset1 | Preset2 | Supply)
+    }
+
     /// Puts the cell into the row; none if the cell is not [allowed](Self::allowed).
-    pub(crate) fn read(self, cell: &[u8], row: &mut Row) -> Option<()> {
+    pub(crate) fn read(self, cell: &[u8], row: &mut Row, style: Style) -> Option<()> {
         match self {
             Time => row.time_ns = thousandths(cell)?,
             Position => row.position = Some(position(cell)?),
             Out if cell.is_empty() => row.out = None,
-            Out => row.out = Some(word(cell)?),
+            Out => row.out = Some(word(cell, style)?),
             Raw => row.raw = whole(cell)?,
             Preset1 => row.preset_mv = [millivolts(cell)?, row.preset_mv[1]],
             Preset2 => row.preset_mv = [row.preset_mv[0], millivolts(cell)?],
@@ -192,8 +223,8 @@ impl Column {
             In => {
                 row.input = match cell {
                     b"" => None,
-                    b"off" => Some(Input::Off),
-                    _ => Some(Input::Word(word(cell)?)),
+                    _ if cell.eq_ignore_ascii_case(b"off") => Some(Input::Off),
+                    _ => Some(Input::Word(word(cell, style)?)),
                 }
             }
             Verdict => {}
@@ -228,7 +259,7 @@ impl Column {
     }
 
     fn write_volts(self, millivolts: u32, line: &mut Vec<u8>) -> io::Result<()> {
-        let volts = Decimal { thousandths: millivolts.into(), least: 1 };
+        let volts = Decimal::volts(millivolts);
         if millivolts > MOST_MILLIVOLTS { Err(self.refusal(volts)) } else { write!(line, "{volts}") }
     }
 
@@ -238,28 +269,34 @@ impl Column {
     }
 }
 
-/// A number of thousandths, written as a decimal without trailing zeros.
-pub(crate) struct Decimal {
-    thousandths: u64,
-    /// The least number of decimals.
-    least: usize,
+/// How the words of a file are written.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Style {
+    /// What a word without sign and base mark is.
+    pub(crate) bare: Bare,
 }
 
-impl Decimal {
-    pub(crate) fn microseconds(nanoseconds: u64) -> Self {
-        Self { thousandths: nanoseconds, least: 0 }
-    }
+/// Whether words without letters may be decimal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Doubt {
+    /// No word was seen that is not 0.
+    Nothing,
+    /// All words so far could be decimal.
+    AllDigits,
+    /// One could not.
+    Settled,
 }
 
-impl fmt::Display for Decimal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (mut rest, mut digits) = (self.thousandths % 1000, 3);
-        while digits > self.least && rest % 10 == 0 {
-            rest /= 10;
-            digits -= 1;
+impl Doubt {
+    /// After one more word as it is written.
+    pub(crate) fn after(self, cell: &[u8]) -> Self {
+        match cell {
+            _ if self == Self::Settled => self,
+            [] => self,
+            [b'0', rest @ ..] if rest.iter().all(|digit| *digit == b'0') => self,
+            [b'1'..=b'9', rest @ ..] if rest.iter().all(u8::is_ascii_digit) => Self::AllDigits,
+            _ => Self::Settled,
         }
-        write!(f, "{}", self.thousandths / 1000)?;
-        if digits > 0 { write!(f, ".{rest:0digits$}") } else { Ok(()) }
     }
 }
 
@@ -271,18 +308,22 @@ fn millivolts(cell: &[u8]) -> Option<u32> {
     u32::try_from(thousandths(cell)?).ok().filter(|&millivolts| millivolts <= MOST_MILLIVOLTS)
 }
 
-fn word(cell: &[u8]) -> Option<u32> {
-    let digits = cell.strip_prefix(b"0x").unwrap_or(cell);
+/// A word: at once in the two forms in which we write it, and else in any that there is.
+fn word(cell: &[u8], style: Style) -> Option<u32> {
+    let ours = match cell.strip_prefix(b"0x") {
+        None if style.bare == Bare::Decimal => None,
+        marked => digits_of_word(marked.unwrap_or(cell)),
+    };
+    ours.or_else(|| Some(number::word([str::from_utf8(cell).ok()?], style.bare).ok()?.bits))
+}
+
+fn digits_of_word(digits: &[u8]) -> Option<u32> {
     let digits: &[u8; 8] = digits.try_into().ok()?;
     digits.iter().try_fold(0, |word, &digit| Some(word << 4 | char::from(digit).to_digit(16)?))
 }
 
 fn register(cell: &[u8]) -> Option<u16> {
-    let Some(digits) = cell.strip_prefix(b"0x") else { return u16::try_from(natural(cell)?).ok() };
-    let digits: &[u8; 4] = digits.try_into().ok()?;
-    digits
-        .iter()
-        .try_fold(0, |word, &digit| Some(word << 4 | u16::try_from(char::from(digit).to_digit(16)?).ok()?))
+    u16::try_from(number::value(str::from_utf8(cell).ok()?).ok()?.number).ok()
 }
 
 fn whole(cell: &[u8]) -> Option<i64> {

@@ -3,53 +3,85 @@
 use std::io::{self, Read, Write};
 use std::iter::FusedIterator;
 
-use crate::columns::{Column, Row};
-use crate::error::{Error, Problem, excerpt};
-use crate::header::{self, DEVICE_LINE_LIMIT, DeviceLine, Recording};
-use crate::lines::Lines;
+use crate::columns::{Column, Doubt, ROW_NS, Row, Style};
+use crate::error::{Error, Problem};
+use crate::header::{self, DeviceLine, Recording};
+use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
+use crate::table::{Layout, Table};
+use crate::text::Text;
 
-const LINE_LIMIT: usize = 4096;
-/// How far rows are apart without the column `time_us`.
-const ROW_NS: u64 = 1_000_000;
-
-/// Reads a trace or a recording, row by row. After the first error there are no more rows.
+/// Reads a trace, a recording, a log or a table of others, row by row. After the first error there are no more rows.
 ///
 /// A recording that was cut off, as a killed program leaves it, has the rows up to its last line end: a last row
 /// without one may be a piece that still reads as a row, and is left out.
 #[derive(Debug)]
 pub struct Reader<R> {
-    lines: Lines<R>,
+    rows: Rows<R>,
     recording: Option<Recording>,
-    columns: Vec<Column>,
-    previous_ns: Option<u64>,
-    piece: Option<u64>,
     ended: bool,
+}
+
+#[derive(Debug)]
+enum Rows<R> {
+    /// A header as we write it.
+    Ours(Box<Trace<R>>),
+    Foreign(Box<Table<R>>),
 }
 
 impl<R: Read> Reader<R> {
     /// Reads all up to the header. Errors call the file `file_name`. The source needs no buffer.
     pub fn new(file_name: impl Into<String>, source: R) -> Result<Self, Error> {
-        let mut lines = Lines::new(file_name.into(), source);
+        Self::with(file_name, source, &Layout::default())
+    }
+
+    /// The same with what is said about a table.
+    pub fn with(file_name: impl Into<String>, source: R, layout: &Layout) -> Result<Self, Error> {
+        let file = file_name.into();
+        let source = match Text::new(source) {
+            Ok(source) => source,
+            Err(error) => return Err(Error { file, line: 1, column: None, problem: Problem::Read(error) }),
+        };
+        let mut lines = Lines::new(file, source);
         let mut recording: Option<Recording> = None;
-        let columns = loop {
-            let limit = if recording.is_some() { DEVICE_LINE_LIMIT } else { LINE_LIMIT };
-            if !lines.advance(limit)? {
-                return Err(lines.error(None, Problem::NoHeader));
+        loop {
+            if !lines.advance(LINE_LIMIT)? {
+                return Err(lines.error(None, Column::no_header()));
             }
             let line = lines.line();
             let problem = |problem| lines.error(None, problem);
             if is_header_or_row(line) {
-                break columns(line).map_err(problem)?;
+                break;
             } else if lines.number() == 1 {
-                recording = header::is_recording(line).map_err(problem)?.then(Recording::default);
+                recording = header::is_recording(comment(line)).map_err(problem)?.then(Recording::default);
             } else if let Some(recording) = &mut recording {
-                recording.comment(lines.number(), line).map_err(problem)?;
+                recording.comment(lines.number(), comment(line)).map_err(problem)?;
             }
-        };
-        if recording.is_some() && !columns.contains(&Column::Position) {
-            return Err(lines.error(None, Problem::NoPosition));
         }
-        Ok(Self { lines, recording, columns, previous_ns: None, piece: None, ended: false })
+        let ours = columns(lines.line());
+        if recording.is_some() {
+            if *layout != Layout::default() {
+                let problem = "a recording says itself what its columns and words are; leave --columns, --decimal \
+                               and --period out";
+                return Err(lines.error(None, Problem::Table(problem.to_owned())));
+            }
+            if ours.as_ref().is_some_and(|columns| !columns.contains(&Column::Position)) {
+                return Err(lines.error(None, Problem::NoPosition));
+            }
+        }
+        let rows = match ours {
+            Some(columns) if *layout == Layout::default() => {
+                let piece = recording.is_some().then_some(None);
+                Rows::Ours(Box::new(Trace {
+                    lines,
+                    columns,
+                    previous_ns: None,
+                    doubt: Doubt::Nothing,
+                    piece,
+                }))
+            }
+            _ => Rows::Foreign(Box::new(Table::open(lines, layout)?)),
+        };
+        Ok(Self { rows, recording, ended: false })
     }
 
     /// The encoders that the file starts from, if it is a recording.
@@ -57,11 +89,62 @@ impl<R: Read> Reader<R> {
         self.recording.as_ref()
     }
 
-    /// The line of the last row of a recording, if it has no line end and was left out; known behind the last row.
-    pub const fn piece(&self) -> Option<u64> {
-        self.piece
+    /// What was assumed of a table of others, as one line.
+    pub fn assumed(&self) -> Option<&str> {
+        match &self.rows {
+            Rows::Ours(_) => None,
+            Rows::Foreign(table) => Some(table.assumed()),
+        }
     }
 
+    /// Whether so far every word was read as hexadecimal and could be decimal.
+    pub fn may_be_decimal(&self) -> bool {
+        match &self.rows {
+            Rows::Ours(trace) => trace.doubt == Doubt::AllDigits,
+            Rows::Foreign(table) => table.may_be_decimal(),
+        }
+    }
+
+    /// The line of the last row of a recording, if it has no line end and was left out; known behind the last row.
+    pub fn piece(&self) -> Option<u64> {
+        match &self.rows {
+            Rows::Ours(trace) => trace.piece.flatten(),
+            Rows::Foreign(_) => None,
+        }
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Row, Error>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let row = match &mut self.rows {
+            Rows::Ours(trace) => trace.row(),
+            Rows::Foreign(table) => table.row(),
+        };
+        let row = row.transpose();
+        self.ended = !matches!(row, Some(Ok(_)));
+        row
+    }
+}
+
+impl<R: Read> FusedIterator for Reader<R> {}
+
+/// The rows behind a header as we write it.
+#[derive(Debug)]
+struct Trace<R> {
+    lines: Lines<Text<R>>,
+    columns: Vec<Column>,
+    previous_ns: Option<u64>,
+    doubt: Doubt,
+    /// Of a recording the line of a last row without its end, once it was seen.
+    piece: Option<Option<u64>>,
+}
+
+impl<R: Read> Trace<R> {
     fn row(&mut self) -> Result<Option<Row>, Error> {
         loop {
             if !self.lines.advance(LINE_LIMIT)? {
@@ -71,8 +154,10 @@ impl<R: Read> Reader<R> {
                 break;
             }
         }
-        if self.recording.is_some() && !self.lines.is_ended() {
-            self.piece = Some(self.lines.number());
+        if let Some(piece) = &mut self.piece
+            && !self.lines.is_ended()
+        {
+            *piece = Some(self.lines.number());
             return Ok(None);
         }
         let time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
@@ -80,12 +165,16 @@ impl<R: Read> Reader<R> {
         let mut cells = cells(self.lines.line());
         let mut read = 0;
         for (column, cell) in self.columns.iter().zip(&mut cells) {
-            if column.read(cell, &mut row).is_none() {
+            let read_cell = |row: &mut Row, cell| column.read(cell, row, Style::default());
+            if read_cell(&mut row, cell).or_else(|| read_cell(&mut row, cell.trim_ascii())).is_none() {
                 break;
+            }
+            if column.is_word() {
+                self.doubt = self.doubt.after(cell);
             }
             read += 1;
         }
-        if read < self.columns.len() || cells.next().is_some() {
+        if read < self.columns.len() || cells.any(|cell| !cell.trim_ascii().is_empty()) {
             return Err(self.misfit(read));
         }
         in_order(self.previous_ns, row.time_ns)
@@ -100,30 +189,25 @@ impl<R: Read> Reader<R> {
         let (found, expected) = (cells(self.lines.line()).count(), self.columns.len());
         match self.columns.get(read).zip(cells(self.lines.line()).nth(read)) {
             Some((column, cell)) if found == expected => {
-                self.lines.error(Some(column.name()), Problem::value(cell, column.allowed()))
+                self.lines.error(Some(column.name()), column.problem(cell, Style::default()))
             }
-            _ => self.lines.error(None, Problem::Cells { found, expected }),
+            _ => {
+                let cut = !self.lines.is_ended();
+                self.lines.error(None, Problem::Width { found, expected, cut, header: true })
+            }
         }
     }
 }
 
-impl<R: Read> Iterator for Reader<R> {
-    type Item = Result<Row, Error>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        if self.ended {
-            return None;
-        }
-        let row = self.row().transpose();
-        self.ended = !matches!(row, Some(Ok(_)));
-        row
+/// A comment without the empty cells and the quotes of a spreadsheet.
+fn comment(mut line: &[u8]) -> &[u8] {
+    while let [before @ .., b',' | b';' | b'\t'] = line {
+        line = before;
     }
-}
-
-impl<R: Read> FusedIterator for Reader<R> {}
-
-fn is_header_or_row(line: &[u8]) -> bool {
-    !line.starts_with(b"#") && !line.trim_ascii().is_empty()
+    match line {
+        [b'"', inner @ .., b'"'] => inner,
+        _ => line,
+    }
 }
 
 /// The cells without their quotes. No cell may hold a comma or a quote, so what else CSV allows in quotes
@@ -135,18 +219,13 @@ fn cells(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-fn columns(header: &[u8]) -> Result<Vec<Column>, Problem> {
+/// The columns of a header as we write it; `None` if it is another.
+fn columns(header: &[u8]) -> Option<Vec<Column>> {
     let mut columns = Vec::new();
     for name in cells(header) {
-        let Some(column) = Column::named(name) else {
-            return Err(Problem::UnknownColumn { name: excerpt(name) });
-        };
-        if columns.contains(&column) {
-            return Err(Problem::Twice { what: "column", name: column.name().to_owned() });
-        }
-        columns.push(column);
+        columns.push(Column::named(name).filter(|column| !columns.contains(column))?);
     }
-    Ok(columns)
+    Some(columns)
 }
 
 fn in_order(previous_ns: Option<u64>, time_ns: u64) -> Result<(), Problem> {

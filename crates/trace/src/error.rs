@@ -2,18 +2,18 @@
 
 use std::io;
 
-use crate::columns::{Column, Decimal};
+use crate::decimal::Decimal;
 
 /// Why a file was refused, and where.
 #[derive(Debug, thiserror::Error)]
-#[error("{file} line {line}{}: {problem}", .column.map_or(String::new(), |name| format!(", column {name}")))]
+#[error("{file} line {line}{}: {problem}", .column.as_ref().map_or(String::new(), |name| format!(", column {name}")))]
 pub struct Error {
     /// The file's name, as the caller gave it.
     pub file: String,
     /// The line of the file, from 1.
     pub line: u64,
     /// The column's name, if one column is at fault.
-    pub column: Option<&'static str>,
+    pub column: Option<String>,
     /// What is wrong there.
     pub problem: Problem,
 }
@@ -31,25 +31,30 @@ pub enum Problem {
         limit: usize,
     },
     /// The file ends before its header.
-    #[error("no header, the columns are {}", names())]
-    NoHeader,
-    /// The header names a column that does not exist.
-    #[error("unknown column {name:?}, the columns are {}", names())]
-    UnknownColumn {
-        /// The name, at most 40 characters of it.
-        name: String,
+    #[error("no header, the columns are {columns}")]
+    NoHeader {
+        /// The names of all columns.
+        columns: String,
     },
     /// The header of a recording leaves open whose rows follow.
     #[error("a recording needs the column position")]
     NoPosition,
     /// The row does not fit the header.
-    #[error("{found} cells, the header has {expected}")]
-    Cells {
+    #[error("{found} cells, {} has {expected}{}", if *.header { "the header" } else { "the first row" },
+        if *.cut { "; the file ends within this line: delete it, or bring the rest" } else { "" })]
+    Width {
         /// The number of cells in the row.
         found: usize,
-        /// The number of cells in the header.
+        /// The number of cells that it must have.
         expected: usize,
+        /// Whether it is the last line, without its end.
+        cut: bool,
+        /// Whether the table has a header.
+        header: bool,
     },
+    /// Something of a table that was not made by us, with what to type.
+    #[error("{0}")]
+    Table(String),
     /// A value is not what is allowed there.
     #[error("{value:?} is not {allowed}")]
     Value {
@@ -98,8 +103,4 @@ pub(crate) fn excerpt(value: &[u8]) -> String {
     let text = String::from_utf8_lossy(value);
     let more = if text.chars().nth(40).is_some() { "..." } else { "" };
     text.chars().take(40).chain(more.chars()).collect()
-}
-
-fn names() -> String {
-    Column::ALL.map(Column::name).join(", ")
 }

@@ -4,9 +4,8 @@ use std::fmt;
 
 use crate::columns::position;
 use crate::error::{Problem, excerpt};
+use crate::lines::LINE_LIMIT;
 
-/// The most bytes of a device line: a memory image is longer than any row.
-pub(crate) const DEVICE_LINE_LIMIT: usize = 16 * 1024;
 /// Bounds what a device line of many short settings can occupy.
 const MOST_SETTINGS: usize = 64;
 
@@ -58,8 +57,8 @@ pub(crate) fn lines(devices: &[DeviceLine]) -> Result<String, Problem> {
     let mut read = Recording::default();
     for device in devices {
         let line = device.to_string();
-        if line.len() > DEVICE_LINE_LIMIT {
-            return Err(Problem::TooLong { limit: DEVICE_LINE_LIMIT });
+        if line.len() > LINE_LIMIT {
+            return Err(Problem::TooLong { limit: LINE_LIMIT });
         }
         read.comment(device.line, line.as_bytes())?;
         if read.devices.last() != Some(device) {

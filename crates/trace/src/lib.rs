@@ -22,7 +22,10 @@
 //!
 //! Decimals after the third must be zero. Blank lines and lines that begin with `#` are skipped but
 //! counted: every line number is that of the file. A cell may stand in double quotes. A line has at most
-//! 4096 bytes, so memory is bounded whatever a file holds.
+//! 65536 bytes, so memory is bounded whatever a file holds.
+//!
+//! A **table** of another program has any separator, names, encoding and spelling of words and times. What its header
+//! does not say, a [`Layout`] does; [`Reader::assumed`] tells what was assumed. `docs/tables.md` has the rules.
 //!
 //! A **recording** holds many encoders: its first line is `# encoring-trace 1`, and a line
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
@@ -51,12 +54,15 @@
 pub mod capture;
 mod columns;
 mod csv;
+mod decimal;
 mod error;
 mod header;
 mod lines;
 pub mod log;
+mod table;
 #[cfg(test)]
 mod tests;
+mod text;
 pub mod wave;
 
 pub use self::columns::{CycleSeen, Input, Row};
@@ -64,3 +70,4 @@ pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
 pub use self::header::{DeviceLine, Recording};
 pub use self::log::Log;
+pub use self::table::{Columns, Layout};

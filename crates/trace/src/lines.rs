@@ -4,7 +4,8 @@ use std::io::{BufRead, BufReader, Read};
 
 use crate::error::{Error, Problem};
 
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
+/// The most bytes of a line: a memory image is longer than any row.
+pub(crate) const LINE_LIMIT: usize = 64 * 1024;
 
 #[derive(Debug)]
 pub(crate) struct Lines<R> {
@@ -24,9 +25,8 @@ impl<R: Read> Lines<R> {
     pub(crate) fn advance(&mut self, limit: usize) -> Result<bool, Error> {
         self.number += 1;
         self.line.clear();
-        // Room for a byte order mark and both bytes of a line end: a line that fills it is over the limit
-        // even without them.
-        let room = limit + BYTE_ORDER_MARK.len() + 2;
+        // Room for both bytes of a line end: a line that fills it is over the limit even without them.
+        let room = limit + 2;
         let read = self.source.by_ref().take(room as u64).read_until(b'\n', &mut self.line);
         if read.map_err(|error| self.error(None, Problem::Read(error)))? == 0 {
             return Ok(false);
@@ -34,9 +34,6 @@ impl<R: Read> Lines<R> {
         self.ended = self.line.ends_with(b"\n");
         for end in [b'\n', b'\r'] {
             self.line.pop_if(|byte| *byte == end);
-        }
-        if self.number == 1 && self.line.starts_with(BYTE_ORDER_MARK) {
-            self.line.drain(..BYTE_ORDER_MARK.len());
         }
         if self.line.len() > limit { Err(self.error(None, Problem::TooLong { limit })) } else { Ok(true) }
     }
@@ -55,7 +52,31 @@ impl<R: Read> Lines<R> {
         self.number
     }
 
-    pub(crate) fn error(&self, column: Option<&'static str>, problem: Problem) -> Error {
-        Error { file: self.file.clone(), line: self.number, column, problem }
+    /// The source, which may have been read beyond this line.
+    pub(crate) fn source(&self) -> &R {
+        self.source.get_ref()
     }
+
+    /// The name of the file, and all behind this line.
+    pub(crate) fn into_rest(self) -> (String, BufReader<R>) {
+        (self.file, self.source)
+    }
+
+    pub(crate) fn error(&self, column: Option<&str>, problem: Problem) -> Error {
+        self.error_at(None, column.map(str::to_owned), problem)
+    }
+
+    /// An error of another line, if one is given.
+    pub(crate) fn error_at(&self, line: Option<u64>, column: Option<String>, problem: Problem) -> Error {
+        Error { file: self.file.clone(), line: line.unwrap_or(self.number), column, problem }
+    }
+}
+
+pub(crate) fn is_header_or_row(line: &[u8]) -> bool {
+    !is_comment(line) && !line.trim_ascii().is_empty()
+}
+
+/// A spreadsheet puts quotes around a comment that holds a separator.
+fn is_comment(line: &[u8]) -> bool {
+    line.starts_with(b"#") || line.starts_with(b"\"#")
 }

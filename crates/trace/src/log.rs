@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 
 use encoring_files::{LineFile, Lock, Replacement, sync_folder};
 
-use crate::columns::Decimal;
+use crate::decimal::Decimal;
 
 /// How the first line of every log begins, whatever its version.
 const MARK: &[u8] = b"# encoring-log ";

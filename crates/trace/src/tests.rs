@@ -118,23 +118,21 @@ fn a_refused_file_says_where_and_why() {
     let volts = "is not a voltage from 0 to 1000 with at most three decimals";
     let time = "is not a time from 0 to 18446744073709551.615 with at most three decimals";
     let position = "is not a whole number from 0 to 127";
-    let cases: [(&[u8], String); 35] = [
+    let cases: [(&[u8], String); 31] = [
         (b"", format!("1: no header, the columns are {columns}")),
         (b"# note\n\n", format!("3: no header, the columns are {columns}")),
-        (b"out,Raw\n", format!("1: unknown column \"Raw\", the columns are {columns}")),
-        (b"out,\n", format!("1: unknown column \"\", the columns are {columns}")),
-        (b"out,raw,out\n", "1: column out is there twice".into()),
         (b"out,raw\n00000000\n", "2: 1 cells, the header has 2".into()),
         (b"out\n#\n00000000,0\n", "3: 2 cells, the header has 1".into()),
         (b"raw\n1e9\n", format!("2, column raw: \"1e9\" {raw}")),
-        (b"raw\n1\xFF\n", "2, column raw: \"1\u{FFFD}\" is not UTF-8".into()),
+        (b"raw\n1\xFF\n", format!("2, column raw: \"1\u{FF}\" {raw}")),
         (b"raw\n-\n", format!("2, column raw: \"-\" {raw}")),
         (b"raw\n+1\n", format!("2, column raw: \"+1\" {raw}")),
         (b"raw\n4611686018427387905\n", format!("2, column raw: \"4611686018427387905\" {raw}")),
         (b"raw\n99999999999999999999\n", format!("2, column raw: \"99999999999999999999\" {raw}")),
-        (b"out\nC20027\n", "2, column out: \"C20027\" is not a word, such as C200270F, or empty".into()),
-        (b"out\n+C200270\n", "2, column out: \"+C200270\" is not a word, such as C200270F, or empty".into()),
-        (b"in\nOFF\n", "2, column in: \"OFF\" is not a word, such as C200270F, off or empty".into()),
+        (b"out\nC20027\n", "2, column out: C20027: a word has 8 digits; zeros may be lost. Write 00C20027 or 0xC20027".into()),
+        (b"out\n+C200270\n", "2, column out: +C200270: not a word; a word is eight hexadecimal digits, as C200270F, 0xC200270F or \
+             DW#16#C200270F, two halves as C200 \
+             270F, four bytes as C2 00 27 0F, or signed as -1040177393".into()),
         (b"magnet\n2\n", "2, column magnet: \"2\" is not 0 or 1".into()),
         (b"magnet\n\"\n", "2, column magnet: \"\\\"\" is not 0 or 1".into()),
         (b"position\n128\n", format!("2, column position: \"128\" {position}")),
@@ -194,7 +192,7 @@ fn a_malformed_device_line_is_refused() {
         " 1 M memory=\u{B5}\u{B5}",
     ] {
         let error = rows(format!("# encoring-trace 1\n# note\n# device{words}\nposition\n")).unwrap_err();
-        assert_eq!((error.line, error.column), (3, None), "{words}: {error}");
+        assert_eq!((error.line, &error.column), (3, &None), "{words}: {error}");
     }
     for comment in ["# devices", "#device 1", "# Device"] {
         let file = format!("# encoring-trace 1\n{comment}\nposition\n");
@@ -223,10 +221,10 @@ fn a_recording_is_written_as_it_is_read() {
 #[test]
 fn a_line_is_bounded() {
     let padded = |length: usize| format!("\u{FEFF}#{}\r\nraw\r\n", " ".repeat(length - 1));
-    assert!(rows(padded(4096)).is_ok());
-    assert_eq!(message(padded(4097)), "trace.csv line 1: longer than 4096 bytes");
-    assert_eq!(message(padded(4098)), "trace.csv line 1: longer than 4096 bytes");
-    assert_eq!(message(format!("raw\n{}", "1".repeat(5000))), "trace.csv line 2: longer than 4096 bytes");
+    assert!(rows(padded(65536)).is_ok());
+    assert_eq!(message(padded(65537)), "trace.csv line 1: longer than 65536 bytes");
+    assert_eq!(message(padded(65538)), "trace.csv line 1: longer than 65536 bytes");
+    assert_eq!(message(format!("raw\n{}", "1".repeat(70_000))), "trace.csv line 2: longer than 65536 bytes");
 
     let mut endless = Reader::new("trace.csv", "raw\n".as_bytes().chain(io::repeat(b'1'))).unwrap();
     assert!(endless.next().unwrap().is_err() && endless.next().is_none());
@@ -238,12 +236,12 @@ fn a_line_is_bounded() {
         settings: vec![],
         memory: vec![0; bytes],
     };
-    let longest = (16 * 1024 - "# device 1 M memory=".len()) / 2;
+    let longest = (64 * 1024 - "# device 1 M memory=".len()) / 2;
     let file = Writer::recording(Vec::new(), &[device(longest)]).unwrap().into_inner();
     assert_eq!(Reader::new("", file.as_slice()).unwrap().recording().unwrap().devices, [device(longest)]);
     assert!(Writer::recording(Vec::new(), &[device(longest + 1)]).is_err());
     let longer = String::from_utf8(file).unwrap().replace("memory=", "memory=00");
-    assert_eq!(message(longer), "trace.csv line 2: longer than 16384 bytes");
+    assert_eq!(message(longer), "trace.csv line 2: longer than 65536 bytes");
 }
 
 #[test]
@@ -312,7 +310,8 @@ fn any_damage_to_a_file_is_read_or_refused() {
         judge(&file[..index]);
         judge(&file[index..]);
         let mut changed = file.to_vec();
-        for byte in 0..=u8::MAX {
+        // What means something in a table; the fuzz target takes every byte.
+        for byte in *b"\0\t\n\r \"#,-.07;=Aft\x80\xFF" {
             changed[index] = byte;
             judge(&changed);
         }

@@ -204,7 +204,7 @@ fn bad_traces_are_refused_with_file_line_and_column() {
     );
     refuses(
         b"out\nC2\n",
-        "error: standard input line 2, column out: \"C2\" is not a word, such as C200270F, or empty",
+        "error: standard input line 2, column out: C2: a word has 8 digits; zeros may be lost. Write 000000C2 or 0xC2",
     );
     refuses(b"out,magnet\n00000000,2\n", "error: standard input line 2, column magnet: \"2\" is not 0 or 1");
     refuses(b"out,raw\n00000000\n", "error: standard input line 2: 1 cells, the header has 2");
@@ -225,13 +225,79 @@ fn bad_traces_are_refused_with_file_line_and_column() {
     assert_eq!(replay("--model ce-65-m", "vectors").code, Some(2));
 }
 
+/// The tables of the trace crate, where every spelling is read.
+fn table(name: &str) -> String {
+    format!("{}/../trace/tests/tables/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn replay_table(options: &[&str], name: &str) -> Run {
+    encoring(&[&["replay", "--model", "ce-65-m"], options, &[&table(name)]].concat(), b"")
+}
+
+#[test]
+fn tables_of_other_programs_are_compared_and_what_was_assumed_is_told() {
+    let columns = ["--columns", "time_ms=Zeitstempel,out=QD 256,in=ID 256"];
+    let Run { code, out, err } = replay_table(&columns, "plc.csv");
+    assert_eq!((code, out.as_str()), (Some(0), "7 rows, 0 differences\n"));
+    let assumed =
+        "`;` separates the cells; time in ms from \"Zeitstempel\"; out from \"QD 256\"; in from \"ID 256\"";
+    assert_eq!(err, format!("note: {}: {assumed}\n", table("plc.csv")));
+    for (options, name) in [
+        (&["--period", "1ms"][..], "no-time.csv"),
+        (&["--decimal"], "signed.csv"),
+        (&["--columns", "time_s=1,out=2,in=3"], "no-header.csv"),
+        (&[], "utf-16.txt"),
+    ] {
+        let Run { code, out, err } = replay_table(options, name);
+        assert_eq!((code, out.as_str()), (Some(0), "7 rows, 0 differences\n"), "{name}: {err}");
+        let printed = replay_table(&[options, &["--print"]].concat(), name).out;
+        assert_eq!(printed, replay_table(&["--print"], "base.csv").out, "{name}");
+    }
+}
+
+#[test]
+fn words_that_could_be_decimal_are_told() {
+    let Run { err, .. } = encoring(&["replay", "--model", "ce-65-m", "-"], b"out,in\n00000000,16777215\n");
+    assert_eq!(
+        err,
+        "note: no word of standard input has a letter, and all were read as hexadecimal; if they are decimal, give \
+         --decimal\n"
+    );
+    let decimal = ["replay", "--model", "ce-65-m", "--decimal", "-"];
+    let Run { out, err, .. } = encoring(&decimal, b"out,in\n0,16777215\n");
+    assert!(out.starts_with("line 2: out 00000000 expected 00FFFFFF got "), "{out}");
+    assert!(!err.contains("--decimal"), "{err}");
+}
+
+#[test]
+fn columns_are_said_in_the_way_that_the_help_shows() {
+    for (columns, why) in [
+        (
+            "in",
+            "\"in\" has no = and no column behind it; a name that holds a comma stands in quotes, as 'in=\"Enc, IN\"'",
+        ),
+        ("inn=1", "\"inn\" is no column; they are time, "),
+        ("in=1,IN=2", "IN is said twice"),
+        ("time_s=1,time_ms=2", "time_ms is said twice"),
+        ("in=\"1", "a double quote is not closed"),
+        ("in= ", "in= has no name of a column behind it"),
+    ] {
+        let Run { code, err, .. } = replay_table(&["--columns", columns], "base.csv");
+        assert_eq!(code, Some(2));
+        assert!(
+            err.starts_with(&format!("error: invalid value '{columns}' for '--columns <COLUMNS>': {why}")),
+            "{err}"
+        );
+    }
+}
+
 #[test]
 fn rows_before_a_bad_one_are_shown() {
     let content = b"in\n00000001\nX\n";
     let Run { code, out, err } = encoring(&["replay", "--model", "ce-65-m", "-"], content);
     assert_eq!(code, Some(2));
     assert_eq!(out, "line 2: out 00000000 expected 00000001 got 00000000\n");
-    assert!(err.starts_with("error: standard input line 3, column in: \"X\" is not"), "{err}");
+    assert!(err.starts_with("error: standard input line 3, column in: X: not a word"), "{err}");
     let Run { code, out, .. } = encoring(&["replay", "--model", "ce-65-m", "--print", "-"], content);
     assert_eq!((code, out.lines().count()), (Some(2), 2));
 }

@@ -1,0 +1,463 @@
+//! Tables of others: PLC traces, spreadsheets, exports of scopes.
+//!
+//! What the `csv` crate takes apart is read by the columns that the header or a [`Layout`] names, and what was assumed
+//! is told.
+
+mod head;
+mod layout;
+mod names;
+mod source;
+mod time;
+
+use std::io::{self, BufReader, Cursor, Read};
+
+use encoring_words::number::{self, Bare};
+
+use self::head::{Head, LINES_MAX};
+pub use self::layout::{Columns, Layout};
+use self::names::{Half, Meaning, Recognised, Word, recognise};
+use self::source::{ROW_LIMIT, Rows};
+use self::time::{Commas, Scale, Unit};
+use crate::columns::{Column, Doubt, Input, ROW_NS, Row, Style};
+use crate::decimal::Decimal;
+use crate::error::{Error, Problem, excerpt};
+use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
+use crate::text::Text;
+
+/// What was looked at, and the rest.
+type Source<R> = Rows<io::Chain<Cursor<Vec<u8>>, BufReader<Text<R>>>>;
+
+/// The rows of a table.
+#[derive(Debug)]
+pub(crate) struct Table<R> {
+    file: String,
+    reader: csv::Reader<Source<R>>,
+    record: csv::ByteRecord,
+    /// Lines before those that `reader` has.
+    skipped: u64,
+    head: Head,
+    /// Cells of a row; what stands behind is empty.
+    width: usize,
+    style: Style,
+    commas: Commas,
+    time: Option<(usize, Scale)>,
+    columns: Vec<(usize, Column)>,
+    halves: Vec<(usize, Word, Half)>,
+    period_ns: u64,
+    start_ns: i128,
+    days_ns: i128,
+    previous_ns: Option<u64>,
+    assumed: String,
+    doubt: Doubt,
+}
+
+impl<R: Read> Table<R> {
+    /// Begins at the line of `lines`, which is the first that is not blank and no comment.
+    pub(crate) fn open(mut lines: Lines<Text<R>>, layout: &Layout) -> Result<Self, Error> {
+        let (head, seen) = look(&mut lines, layout)?;
+        let wrong = |(column, problem): Misfit| {
+            let column = column.map(|index| head.label(index));
+            lines.error_at(seen.get(head.at).map(|seen| seen.number), column, problem)
+        };
+        check(&head, layout).map_err(wrong)?;
+        let first = seen.get(head.rows_at()).map(|row| head::cells(&row.text, head.separator));
+        let time = scale(&head, first.as_deref()).map_err(wrong)?;
+        if time.is_some() && layout.period_ns.is_some() {
+            let others = head.columns.iter().copied().filter(|(_, meaning)| !meaning.is_time()).collect();
+            let to_type = head.with(others).to_type(None);
+            let problem = format!(
+                "the table has times; leave --period out, or name the columns without it, as {to_type}"
+            );
+            return Err(wrong((None, Problem::Table(problem))));
+        }
+        let filled =
+            |cells: Vec<String>| cells.iter().rposition(|cell| !cell.is_empty()).map_or(0, |last| last + 1);
+        let own = |(index, meaning): &(usize, Meaning)| match meaning {
+            Meaning::Own(column) => Some((*index, *column)),
+            _ => None,
+        };
+        let half = |(index, meaning): &(usize, Meaning)| match meaning {
+            Meaning::Half(word, half) => Some((*index, *word, *half)),
+            _ => None,
+        };
+        let assumed = assumed(&head, layout, time, lines.source().encoding());
+        let (skipped, again) = again(seen.get(head.rows_at()..).unwrap_or_default(), &lines);
+        let (file, source) = lines.into_rest();
+        Ok(Self {
+            file,
+            reader: csv::ReaderBuilder::new()
+                .has_headers(false)
+                .flexible(true)
+                .delimiter(head.separator)
+                .from_reader(Rows::new(Cursor::new(again).chain(source))),
+            record: csv::ByteRecord::new(),
+            skipped,
+            width: if head.has_header() { head.names.len() } else { first.map_or(0, filled) },
+            style: Style { bare: layout.bare },
+            commas: if head.separator == b',' { Commas::Separate } else { Commas::Decimal },
+            time,
+            columns: head.columns.iter().filter_map(own).collect(),
+            halves: head.columns.iter().filter_map(half).collect(),
+            head,
+            period_ns: layout.period_ns.unwrap_or(ROW_NS),
+            start_ns: 0,
+            days_ns: 0,
+            previous_ns: None,
+            assumed,
+            doubt: Doubt::Nothing,
+        })
+    }
+
+    /// What was assumed, as one line.
+    pub(crate) fn assumed(&self) -> &str {
+        &self.assumed
+    }
+
+    /// Whether there were words, and none that could not be decimal.
+    pub(crate) fn may_be_decimal(&self) -> bool {
+        self.style.bare == Bare::Hexadecimal && self.doubt == Doubt::AllDigits
+    }
+
+    pub(crate) fn row(&mut self) -> Result<Option<Row>, Error> {
+        loop {
+            self.reader.get_mut().allow(ROW_LIMIT);
+            match self.reader.read_byte_record(&mut self.record) {
+                Ok(true) if is_blank(&self.record) => {}
+                Ok(true) => break,
+                Ok(false) => return Ok(None),
+                Err(error) => {
+                    let problem = source::problem(error);
+                    return Err(self.error(self.skipped + self.reader.position().line(), None, problem));
+                }
+            }
+        }
+        // Each record ends with a line feed; those in quotes are within it.
+        let within = self.record.as_slice().iter().filter(|byte| **byte == b'\n').count();
+        // In an open quote the end of the file is one.
+        let ends = u64::from(self.record.as_slice().last() != Some(&b'\n'));
+        let line = self.skipped + self.reader.position().line().saturating_sub(ends + within as u64);
+        self.cells(line).map(Some).map_err(|(index, problem)| self.error(line, index, problem))
+    }
+
+    fn error(&self, line: u64, index: Option<usize>, problem: Problem) -> Error {
+        Error { file: self.file.clone(), line, column: index.map(|index| self.head.label(index)), problem }
+    }
+
+    fn cells(&mut self, line: u64) -> Result<Row, (Option<usize>, Problem)> {
+        let found = self.record.len();
+        if found < self.width || self.record.iter().skip(self.width).any(|cell| !cell.trim_ascii().is_empty())
+        {
+            return Err((None, self.misfit(found)));
+        }
+        let mut row = Row { line, time_ns: self.time()?, ..Row::default() };
+        for place in 0..self.columns.len() {
+            let Some(&(index, column)) = self.columns.get(place) else { continue };
+            let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+            if column.read(cell, &mut row, self.style).is_none() {
+                self.other(index, column, &mut row)?;
+            }
+            if column.is_word() {
+                self.doubt = self.doubt.after(cell);
+            }
+        }
+        if !self.halves.is_empty() {
+            self.put_together(&mut row)?;
+        }
+        self.previous_ns = Some(row.time_ns);
+        Ok(row)
+    }
+
+    /// Reads a cell that is not as we would write it.
+    fn other(&self, index: usize, column: Column, row: &mut Row) -> Result<(), (Option<usize>, Problem)> {
+        let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+        let shown = || column.problem(cell, self.style);
+        let text = str::from_utf8(cell).map_err(|_| (Some(index), shown()))?;
+        let comma = column.is_decimal() && self.commas == Commas::Decimal;
+        let again = if comma { text.replacen(',', ".", 1) } else { text.to_ascii_lowercase() };
+        column.read(again.as_bytes(), row, self.style).ok_or_else(|| match column {
+            Column::Position => {
+                let steps = "a position in steps is the column value";
+                (Some(index), Problem::Table(format!("{}; {steps}", shown())))
+            }
+            _ => (Some(index), shown()),
+        })
+    }
+
+    fn put_together(&self, row: &mut Row) -> Result<(), (Option<usize>, Problem)> {
+        let (mut out, mut input) = ([None; 2], [None; 2]);
+        for &(index, word, half) in &self.halves {
+            let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+            if cell.is_empty() {
+                continue;
+            }
+            let text =
+                str::from_utf8(cell).map_err(|_| (Some(index), Problem::value(cell, "half a word")))?;
+            let read = number::half(text, self.style.bare)
+                .map_err(|error| (Some(index), Problem::Table(error.to_string())))?;
+            let place = match word {
+                Word::Out => &mut out,
+                Word::In => &mut input,
+            };
+            let [high, low] = place;
+            *(if half == Half::High { high } else { low }) = Some(read.bits);
+        }
+        let whole = |halves: [Option<u32>; 2], word| match halves {
+            [Some(high), Some(low)] => Ok(Some(high << 16 | low)),
+            [None, None] => Ok(None),
+            _ => {
+                let index = self.halves.iter().find(|(_, found, _)| *found == word).map(|(index, ..)| *index);
+                Err((index, Problem::Table("one half of a word is there and the other is not".to_owned())))
+            }
+        };
+        if let Some(out) = whole(out, Word::Out)? {
+            row.out = Some(out);
+        }
+        if let Some(input) = whole(input, Word::In)? {
+            row.input = Some(Input::Word(input));
+        }
+        Ok(())
+    }
+
+    fn misfit(&self, found: usize) -> Problem {
+        if self.record.as_slice().contains(&b'\n') {
+            return Problem::Table(
+                "a double quote in this row is not closed, so the next one is read with it".to_owned(),
+            );
+        }
+        let cut = self.reader.get_ref().is_cut();
+        Problem::Width { found, expected: self.width, cut, header: self.head.has_header() }
+    }
+
+    fn time(&mut self) -> Result<u64, (Option<usize>, Problem)> {
+        let Some((index, scale)) = self.time else {
+            let next = |previous_ns: u64| previous_ns.saturating_add(self.period_ns);
+            return Ok(self.previous_ns.map_or(0, next));
+        };
+        let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+        let text = str::from_utf8(cell).unwrap_or_default();
+        let wrong = |problem| (Some(index), Problem::Table(problem));
+        let Some(found) = scale.ns(text, self.commas) else {
+            let comma = match scale {
+                Scale::Unit(_) if self.commas == Commas::Separate && text.contains(',') => {
+                    "; where a comma separates the cells, decimals stand behind a point"
+                }
+                _ => "",
+            };
+            return Err(wrong(format!("{:?} is not {}{comma}", excerpt(cell), scale.allowed())));
+        };
+        let Some(previous_ns) = self.previous_ns else {
+            self.start_ns = scale.start(found);
+            return u64::try_from(found - self.start_ns).map_err(|_| wrong("too large a time".to_owned()));
+        };
+        let previous = i128::from(previous_ns);
+        let mut time_ns = found - self.start_ns + self.days_ns;
+        let days = scale.wrapped(time_ns, previous);
+        self.days_ns += days;
+        time_ns += days;
+        if time_ns < previous {
+            let earlier = previous - time_ns;
+            let advice = "sort the rows by time, or leave the column out and give --period";
+            return Err(wrong(format!(
+                "{:?} is {} us before the row before it; {advice}",
+                excerpt(cell),
+                Decimal::microseconds(u64::try_from(earlier).unwrap_or(u64::MAX))
+            )));
+        }
+        u64::try_from(time_ns).map_err(|_| wrong("too large a time".to_owned()))
+    }
+}
+
+/// A line that was looked at for the header.
+struct Seen {
+    number: u64,
+    text: Vec<u8>,
+}
+
+/// Looks for the head, as far as it must.
+fn look<R: Read>(lines: &mut Lines<Text<R>>, layout: &Layout) -> Result<(Head, Vec<Seen>), Error> {
+    let now = |lines: &Lines<Text<R>>| Seen { number: lines.number(), text: lines.line().to_vec() };
+    let mut seen = vec![now(lines)];
+    let mut ended = false;
+    loop {
+        let texts: Vec<_> = seen.iter().map(|seen| seen.text.as_slice()).collect();
+        match head::find(&texts, layout.columns.as_ref(), ended) {
+            Ok(Some(head)) => return Ok((head, seen)),
+            Ok(None) if seen.len() < LINES_MAX && lines.advance(LINE_LIMIT)? => {
+                if is_header_or_row(lines.line()) {
+                    seen.push(now(lines));
+                }
+            }
+            Ok(None) => ended = true,
+            Err((at, problem)) => {
+                return Err(lines.error_at(seen.get(at).map(|seen| seen.number), None, problem));
+            }
+        }
+    }
+}
+
+/// The text of the rows that were looked at, with blank lines for those that were skipped; and the number of lines
+/// before it.
+fn again<R: Read>(rows: &[Seen], lines: &Lines<Text<R>>) -> (u64, Vec<u8>) {
+    let Some(from) = rows.first().map(|row| row.number) else { return (lines.number(), Vec::new()) };
+    let mut text = Vec::new();
+    let mut next = from;
+    let blank = |text: &mut Vec<u8>, count: u64| {
+        text.resize(text.len() + usize::try_from(count).unwrap_or_default(), b'\n');
+    };
+    for row in rows {
+        blank(&mut text, row.number - next);
+        text.extend_from_slice(&row.text);
+        text.push(b'\n');
+        next = row.number + 1;
+    }
+    blank(&mut text, (lines.number() + 1).saturating_sub(next));
+    if !lines.is_ended() {
+        text.pop();
+    }
+    (from - 1, text)
+}
+
+fn is_blank(record: &csv::ByteRecord) -> bool {
+    let first = record.iter().next().unwrap_or_default();
+    first.starts_with(b"#") || record.iter().all(|cell| cell.trim_ascii().is_empty())
+}
+
+type Misfit = (Option<usize>, Problem);
+
+/// What must be true of a header, however it was found.
+fn check(head: &Head, layout: &Layout) -> Result<(), Misfit> {
+    check_once(head, layout)?;
+    if layout.columns.is_none() {
+        check_close(head)?;
+        if !head.columns.iter().any(|(_, meaning)| meaning.is_content()) {
+            let other = head.names.iter().position(|name| recognise(name) == Recognised::Other);
+            let problem = format!(
+                "no column is in, out or value by its name; say which, as {}",
+                head.to_type(other.map(|index| ("in", index)))
+            );
+            return Err((None, Problem::Table(problem)));
+        }
+    }
+    check_halves(head, Word::Out, "out", Column::Out)?;
+    check_halves(head, Word::In, "in", Column::In)
+}
+
+/// No column is read twice, and none that is named could be another.
+fn check_once(head: &Head, layout: &Layout) -> Result<(), Misfit> {
+    for (place, (index, meaning)) in head.columns.iter().enumerate() {
+        let twice = |(_, known): &&(usize, Meaning)| known == meaning || known.is_time() && meaning.is_time();
+        if let Some((first, _)) = head.columns.iter().take(place).find(twice) {
+            let problem = format!(
+                "{} and {} are both {}; say which is read, as {}",
+                head.label(*first),
+                head.label(*index),
+                meaning.name(),
+                head.without(place).to_type(None)
+            );
+            return Err((None, Problem::Table(problem)));
+        }
+        let name = head.names.get(*index);
+        if layout.columns.is_some()
+            && name.is_some()
+            && head.names.iter().filter(|known| Some(*known) == name).count() > 1
+        {
+            let problem = "more than one column has this name; rename one of them".to_owned();
+            return Err((Some(*index), Problem::Table(problem)));
+        }
+    }
+    Ok(())
+}
+
+/// A word is there as a whole, or in both halves.
+fn check_halves(head: &Head, word: Word, name: &str, whole: Column) -> Result<(), Misfit> {
+    let there = |wanted| head.columns.iter().any(|(_, meaning)| *meaning == wanted);
+    let (high, low) = (there(Meaning::Half(word, Half::High)), there(Meaning::Half(word, Half::Low)));
+    let problem = if high != low {
+        format!("{name}_high and {name}_low: only one of the halves is there")
+    } else if high && there(Meaning::Own(whole)) {
+        format!("{name}, {name}_high and {name}_low: a word is there as a whole or in halves")
+    } else {
+        return Ok(());
+    };
+    Err((None, Problem::Table(problem)))
+}
+
+/// A name that looks like ours is not left without a word.
+fn check_close(head: &Head) -> Result<(), Misfit> {
+    let close = head.names.iter().enumerate().find_map(|(index, name)| match recognise(name) {
+        Recognised::Close(ours) => Some((index, ours)),
+        _ => None,
+    });
+    let Some((index, ours)) = close else { return Ok(()) };
+    let taken = head.columns.iter().any(|(_, meaning)| meaning.name() == ours);
+    let without = head.to_type(None);
+    let problem = if taken {
+        format!("looks like {ours}, which is there too; to read the others and leave it, type {without}")
+    } else if head.columns.is_empty() {
+        format!("looks like {ours}; if it is, type {}", head.to_type(Some((ours, index))))
+    } else {
+        let with = head.to_type(Some((ours, index)));
+        format!("looks like {ours}; if it is, type {with}; if not, type {without}")
+    };
+    Err((Some(index), Problem::Table(problem)))
+}
+
+/// The column of times, and how they are written.
+fn scale(head: &Head, first: Option<&[String]>) -> Result<Option<(usize, Scale)>, Misfit> {
+    let time = head.columns.iter().find(|(_, meaning)| meaning.is_time());
+    let Some(&(index, meaning)) = time else { return Ok(None) };
+    let name = head.names.get(index).map_or("", String::as_str);
+    let scale = match (meaning, names::unit_apart(name).1) {
+        (Meaning::Time(unit), _) | (Meaning::TimeAsNamed, Some(unit)) => Scale::Unit(unit),
+        _ => match first.and_then(|first| first.get(index)) {
+            // There are no rows.
+            None => Scale::Unit(Unit::Us),
+            Some(cell) => Scale::of(cell).ok_or_else(|| (Some(index), unitless(head, cell, index)))?,
+        },
+    };
+    Ok(Some((index, scale)))
+}
+
+fn unitless(head: &Head, cell: &str, index: usize) -> Problem {
+    let others: Vec<_> = head.columns.iter().copied().filter(|(other, _)| *other != index).collect();
+    let others = head.with(others);
+    Problem::Table(format!(
+        "no unit, and {:?} is no date; type {}, or with time_s, time_us or time_ns",
+        excerpt(cell.as_bytes()),
+        others.to_type(Some(("time_ms", index)))
+    ))
+}
+
+fn assumed(
+    head: &Head,
+    layout: &Layout,
+    time: Option<(usize, Scale)>,
+    encoding: Option<&'static str>,
+) -> String {
+    let separator = match head.separator {
+        b'\t' => "a tab",
+        b';' => "`;`",
+        _ => "`,`",
+    };
+    let mut parts = vec![format!("{separator} separates the cells")];
+    parts.extend(encoding.map(|encoding| format!("the text is {encoding}")));
+    let from = |index: usize| format!("from {}", head.label(index));
+    for (index, meaning) in &head.columns {
+        parts.push(match time {
+            Some((time, scale)) if time == *index => match scale {
+                Scale::Unit(unit) => format!("time in {} {}", unit.name(), from(*index)),
+                _ => format!("time {} counts from the first row", from(*index)),
+            },
+            _ => format!("{} {}", meaning.name(), from(*index)),
+        });
+    }
+    if time.is_none() && layout.period_ns.is_none() {
+        parts.push("rows are 1 ms apart, see --period".to_owned());
+    }
+    let left = |index: &usize| !head.columns.iter().any(|(read, _)| read == index);
+    let left: Vec<_> = (0..head.names.len()).filter(left).map(|index| head.label(index)).collect();
+    if !left.is_empty() {
+        parts.push(format!("not read: {}", left.join(", ")));
+    }
+    parts.join("; ")
+}

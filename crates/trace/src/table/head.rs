@@ -1,0 +1,265 @@
+//! Where a table begins: its separator, its header, and the lines before it.
+
+use encoring_words::number::{self, Bare};
+
+use super::layout::{Columns, typed};
+use super::names::{Meaning, Recognised, recognise};
+use super::time::{Commas, Scale, Unit, decimal};
+use crate::columns::Column;
+use crate::error::Problem;
+
+const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
+/// The most lines before a header.
+pub(super) const LINES_MAX: usize = 200;
+/// The most names that a message lists.
+const LISTED: usize = 12;
+
+/// The head of a table.
+#[derive(Debug)]
+pub(super) struct Head {
+    pub(super) separator: u8,
+    /// The index of the header among the lines that were looked at; of the first row if there is no header.
+    pub(super) at: usize,
+    /// Names of the header, without the empty ones at its end; empty if there is no header.
+    pub(super) names: Vec<String>,
+    /// The columns to read, by index.
+    pub(super) columns: Vec<(usize, Meaning)>,
+}
+
+impl Head {
+    pub(super) fn has_header(&self) -> bool {
+        !self.names.is_empty()
+    }
+
+    /// The index of the first row.
+    pub(super) fn rows_at(&self) -> usize {
+        self.at + usize::from(self.has_header())
+    }
+
+    /// Whether one of the columns holds data in this line.
+    fn has_data(&self, line: &[u8]) -> bool {
+        let cells = cells(line, self.separator);
+        self.columns.iter().filter_map(|(index, _)| cells.get(*index)).any(|cell| is_data(cell))
+    }
+
+    /// What a column is called in messages.
+    pub(super) fn label(&self, index: usize) -> String {
+        match self.names.get(index) {
+            Some(name) => format!("{name:?}"),
+            None => (index + 1).to_string(),
+        }
+    }
+
+    /// The same without one of the columns that are read.
+    pub(super) fn without(&self, place: usize) -> Self {
+        let mut columns = self.columns.clone();
+        columns.remove(place);
+        self.with(columns)
+    }
+
+    /// The same with other columns to read.
+    pub(super) fn with(&self, columns: Vec<(usize, Meaning)>) -> Self {
+        Self { separator: self.separator, at: self.at, names: self.names.clone(), columns }
+    }
+
+    /// `--columns` with what was recognised, and one more.
+    pub(super) fn to_type(&self, more: Option<(&str, usize)>) -> String {
+        let more = more.into_iter().map(|(ours, index)| (index, ours));
+        let mut columns: Vec<_> =
+            self.columns.iter().map(|(index, meaning)| (*index, meaning.name())).chain(more).collect();
+        columns.sort_unstable();
+        let name = |index: usize| self.names.get(index).map_or((index + 1).to_string(), |name| typed(name));
+        let pairs: Vec<_> =
+            columns.into_iter().map(|(index, ours)| format!("{ours}={}", name(index))).collect();
+        option(&pairs.join(","))
+    }
+}
+
+/// The option as it is typed into a shell.
+fn option(columns: &str) -> String {
+    if columns.contains('"') { format!("--columns '{columns}'") } else { format!("--columns \"{columns}\"") }
+}
+
+/// The head of a table that begins with these lines, or `None` if more of them must be seen. `ended`: there are no more.
+pub(super) fn find(
+    lines: &[&[u8]],
+    columns: Option<&Columns>,
+    ended: bool,
+) -> Result<Option<Head>, (usize, Problem)> {
+    let candidates = || {
+        (0..lines.len()).filter_map(|at| {
+            let line = lines.get(at)?;
+            match columns {
+                Some(columns) => by_columns(line, at, columns),
+                None => by_names(line, at),
+            }
+        })
+    };
+    let sure = candidates().find(|head| match lines.get(head.rows_at()) {
+        Some(row) => head.has_data(row),
+        None => false,
+    });
+    let found = match sure {
+        Some(head) => Some(head),
+        None if ended => candidates().find(Head::has_header),
+        None => None,
+    };
+    let bare = columns.is_none() && lines.first().is_some_and(|line| is_row(line));
+    match found {
+        Some(head) => Ok(Some(head)),
+        None if ended || bare || lines.len() >= LINES_MAX => Err(missing(lines, columns)),
+        None => Ok(None),
+    }
+}
+
+/// A line as the header that `--columns` names, or, where it takes numbers, as the first row.
+fn by_columns(line: &[u8], at: usize, columns: &Columns) -> Option<Head> {
+    let heads = SEPARATORS.into_iter().filter_map(|separator| {
+        let names = names(line, separator);
+        let place = |name: &str| {
+            let same = names.iter().position(|known| known == name);
+            same.or_else(|| names.iter().position(|known| known.eq_ignore_ascii_case(name)))
+        };
+        let named: Option<Vec<_>> =
+            columns.0.iter().map(|(meaning, name)| Some((place(name)?, *meaning))).collect();
+        if let Some(columns) = named {
+            return Some(Head { separator, at, names, columns });
+        }
+        let numbered: Option<Vec<_>> =
+            columns.0.iter().map(|(meaning, name)| Some((column_number(name)?, *meaning))).collect();
+        let head = Head { separator, at, names: Vec::new(), columns: numbered? };
+        let fits = head.columns.iter().all(|(index, _)| *index < cells(line, separator).len());
+        (fits && head.has_data(line)).then_some(head)
+    });
+    heads.max_by_key(|head| cells(line, head.separator).len())
+}
+
+/// An index from a number from 1.
+fn column_number(name: &str) -> Option<usize> {
+    usize::try_from(number::value(name).ok()?.number).ok()?.checked_sub(1)
+}
+
+/// A line as a header in which we know a name.
+fn by_names(line: &[u8], at: usize) -> Option<Head> {
+    let heads = SEPARATORS.into_iter().filter_map(|separator| {
+        let names = names(line, separator);
+        if names.iter().any(|name| is_data(name)) {
+            return None;
+        }
+        let known: Vec<_> = names.iter().map(|name| recognise(name)).collect();
+        let columns: Vec<_> = (0..)
+            .zip(&known)
+            .filter_map(|(index, known)| match known {
+                Recognised::As(meaning) => Some((index, *meaning)),
+                _ => None,
+            })
+            .collect();
+        let close = known.iter().any(|known| matches!(known, Recognised::Close(_)));
+        let told = !columns.is_empty() || close && names.len() > 1;
+        told.then_some((columns.len(), Head { separator, at, names, columns }))
+    });
+    heads.max_by_key(|(known, head)| (*known, head.names.len())).map(|(_, head)| head)
+}
+
+/// Why there is no header, with the line to type; and the index of the line to point at.
+fn missing(lines: &[&[u8]], columns: Option<&Columns>) -> (usize, Problem) {
+    let widest = |line: &&[u8]| SEPARATORS.into_iter().map(|separator| names(line, separator).len()).max();
+    let width = lines.iter().filter_map(widest).max().unwrap_or(0);
+    let at = lines.iter().position(|line| widest(line) == Some(width)).unwrap_or(0);
+    let Some(line) = lines.get(at) else { return (0, Column::no_header()) };
+    let names = SEPARATORS.map(|separator| names(line, separator)).into_iter().max_by_key(Vec::len);
+    let names = names.unwrap_or_default();
+    let headless = is_row(line);
+    let row = if headless { Some(line) } else { lines.get(at + 1) };
+    let example = example(&names, row, headless);
+    let listed: Vec<_> = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect();
+    let more = if names.len() > LISTED { " and more" } else { "" };
+    let there = format!("{}{more}", listed.join(", "));
+    let sentence = match columns {
+        Some(columns) if !headless => {
+            let absent = columns
+                .0
+                .iter()
+                .map(|(_, name)| name)
+                .find(|name| !names.iter().any(|known| known.eq_ignore_ascii_case(name)));
+            let absent = absent.map_or("", String::as_str);
+            format!("--columns: no column is called {absent:?}; the columns are {there}")
+        }
+        Some(_) => format!("no header, so --columns takes numbers from 1, as {example}"),
+        None if headless => format!("no header: say which column is which by its number, as {example}"),
+        None => {
+            format!("none of the columns {there} is in, out or value by its name; say which, as {example}")
+        }
+    };
+    (at, Problem::Table(sentence))
+}
+
+/// An option that may be what is wanted.
+fn example(names: &[String], row: Option<&&[u8]>, headless: bool) -> String {
+    let row = row.map(|row| {
+        let rows = SEPARATORS.map(|separator| cells(row, separator));
+        rows.into_iter().max_by_key(Vec::len).unwrap_or_default()
+    });
+    let cell = |index: usize| row.as_ref().and_then(|row| row.get(index)).map_or("", String::as_str);
+    let name = |index: usize| match names.get(index) {
+        Some(name) if !headless => typed(name),
+        _ => (index + 1).to_string(),
+    };
+    let time = (0..names.len()).find(|index| Scale::of(cell(*index)).is_some());
+    let time = time.or((names.len() > 1).then_some(0));
+    // Outputs are O, Q and in German A.
+    let outward = |index: &usize| {
+        let first = names.get(*index).and_then(|name| name.chars().next()).unwrap_or(' ');
+        matches!(first.to_ascii_lowercase(), 'o' | 'q' | 'a')
+    };
+    let words: Vec<_> = (0..names.len()).filter(|index| Some(*index) != time).collect();
+    let (out, input) = match *words {
+        [first, second, ..] => {
+            let out = words.iter().copied().find(outward).unwrap_or(first);
+            (Some(out), Some(if out == first { second } else { first }))
+        }
+        [only] => (None, Some(only)),
+        [] => (None, None),
+    };
+    let unit = time.and_then(|index| names.get(index)).and_then(|name| super::names::unit_apart(name).1);
+    let time_name = match (time.map(cell).and_then(Scale::of), unit) {
+        (Some(_), _) => "time".to_owned(),
+        (None, unit) => format!("time_{}", unit.unwrap_or(Unit::Ms).name()),
+    };
+    let pairs = [(time, time_name.as_str()), (out, "out"), (input, "in")];
+    let pairs = pairs.into_iter().filter_map(|(index, ours)| Some(format!("{ours}={}", name(index?))));
+    option(&pairs.collect::<Vec<_>>().join(","))
+}
+
+/// The cells of a line.
+pub(super) fn cells(line: &[u8], separator: u8) -> Vec<String> {
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).delimiter(separator).from_reader(line);
+    let mut record = csv::ByteRecord::new();
+    // A slice cannot fail; a line with an open quote gives what there is.
+    let _ = reader.read_byte_record(&mut record);
+    record.iter().map(|cell| String::from_utf8_lossy(cell).trim().to_owned()).collect()
+}
+
+/// The cells of a line without the empty ones at its end, where a separator too many stands.
+fn names(line: &[u8], separator: u8) -> Vec<String> {
+    let mut names = cells(line, separator);
+    while names.pop_if(|name| name.is_empty()).is_some() {}
+    names
+}
+
+/// Whether every cell reads as a time, a number or a word.
+fn is_row(line: &[u8]) -> bool {
+    SEPARATORS.into_iter().any(|separator| {
+        let cells = names(line, separator);
+        cells.len() > 1 && cells.iter().all(|cell| is_data(cell))
+    })
+}
+
+fn is_data(cell: &str) -> bool {
+    decimal(cell, Commas::Decimal, 0).is_some()
+        || Scale::of(cell).is_some()
+        || [Bare::Hexadecimal, Bare::Decimal].into_iter().any(|bare| number::word([cell], bare).is_ok())
+        || cell.contains(['#', '=']) && number::half(cell, Bare::Hexadecimal).is_ok()
+        || cell.len() > 2 && cell.starts_with("0x") && number::half(cell, Bare::Hexadecimal).is_ok()
+}

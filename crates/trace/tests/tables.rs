@@ -1,0 +1,208 @@
+//! One trace as many programs write it, read alike; and what is refused, with what to type.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+use encoring_trace::{Error, Input, Layout, Reader, Row};
+use encoring_words::number::Bare;
+
+/// Every table of the folder, what `--columns` says, and further options.
+const TABLES: [(&str, &str, &str); 32] = [
+    ("base.csv", "", ""),
+    ("bom.csv", "", ""),
+    ("crlf.csv", "", ""),
+    ("extra.csv", "", ""),
+    ("german.csv", "", ""),
+    ("semicolon.csv", "", ""),
+    ("seconds.csv", "", ""),
+    ("plc.csv", "time_ms=Zeitstempel,out=QD 256,in=ID 256", ""),
+    ("step7-dates.csv", "time=Date_and_time,out=QD 256,in=ID 256", ""),
+    ("step7-dt.csv", "time=T,out=Q,in=I", ""),
+    ("halves-step7.csv", "time_ms=Zeit,out_high=AW 256,out_low=AW 258,in_high=EW 256,in_low=EW 258", ""),
+    ("kh.csv", "", ""),
+    ("codesys.csv", "", ""),
+    ("scope.csv", "", ""),
+    ("halves.csv", "", ""),
+    ("halves-decimal.csv", "", "decimal"),
+    ("signed.csv", "", "decimal"),
+    ("utf-16.txt", "", ""),
+    ("utf-16-without-mark.txt", "", ""),
+    ("windows-1252.csv", "time=Zeit [µs],out=Ausgänge,in=IN", ""),
+    ("trailing.csv", "", ""),
+    ("blank-lines.csv", "", ""),
+    ("cr-only.csv", "", ""),
+    ("excel-sep.csv", "", ""),
+    ("columns-before.csv", "", ""),
+    ("iso-zone.csv", "", ""),
+    ("day-first.csv", "", ""),
+    ("midnight.csv", "", ""),
+    ("since-1970.csv", "", ""),
+    ("no-header.csv", "time_s=1,out=2,in=3", ""),
+    ("no-time.csv", "", "period"),
+    ("quoted-names.csv", "time_s=\"Time, s\",out=\"a=b\",in=IN", ""),
+];
+
+fn layout(columns: &str, further: &str) -> Layout {
+    Layout {
+        columns: (!columns.is_empty()).then(|| columns.parse().unwrap()),
+        period_ns: (further == "period").then_some(1_000_000),
+        bare: if further == "decimal" { Bare::Decimal } else { Bare::Hexadecimal },
+    }
+}
+
+fn rows(file: &[u8], layout: &Layout) -> Result<Vec<Row>, Error> {
+    Reader::with("a.csv", file, layout)?.collect()
+}
+
+fn folder() -> String {
+    format!("{}/tests/tables", env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What is exchanged; lines and what is assumed apart.
+fn exchanged(rows: &[Row]) -> Vec<(u64, Option<u32>, Option<Input>)> {
+    rows.iter().map(|row| (row.time_ns, row.out, row.input)).collect()
+}
+
+#[test]
+fn one_trace_in_many_spellings_reads_alike() {
+    let base = std::fs::read(format!("{}/base.csv", folder())).unwrap();
+    let base = exchanged(&rows(&base, &Layout::default()).unwrap());
+    assert_eq!(base.len(), 7);
+    for (name, columns, further) in TABLES {
+        let file = std::fs::read(format!("{}/{name}", folder())).unwrap();
+        let found = rows(&file, &layout(columns, further)).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(exchanged(&found), base, "{name}");
+    }
+    let mut there: Vec<_> = std::fs::read_dir(folder())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name != "README.md")
+        .collect();
+    there.sort();
+    let mut named = TABLES.map(|(name, ..)| name);
+    named.sort_unstable();
+    assert_eq!(there, named, "every table is read");
+}
+
+#[test]
+fn what_was_assumed_is_one_line() {
+    for (file, columns, expected) in [
+        ("time_us,out,in\n", "", None),
+        (
+            "Time [s];IN;Motor\n0,5;00000000;x\n",
+            "",
+            Some("`;` separates the cells; time in s from \"Time [s]\"; in from \"IN\"; not read: \"Motor\""),
+        ),
+        (
+            "00000000\t7\n",
+            "in=1,value=2",
+            Some("a tab separates the cells; in from 1; value from 2; rows are 1 ms apart, see --period"),
+        ),
+        (
+            "Time,IN\n2026-11-27 10:00:00,00000000\n",
+            "",
+            Some("`,` separates the cells; time from \"Time\" counts from the first row; in from \"IN\""),
+        ),
+    ] {
+        let reader = Reader::with("a.csv", file.as_bytes(), &layout(columns, "")).unwrap();
+        assert_eq!(reader.assumed(), expected, "{file}");
+    }
+}
+
+#[test]
+fn a_refused_table_says_where_why_and_what_to_type() {
+    for (file, columns, expected) in [
+        (
+            "Time,OUT,IN\n0.001,00000000,00000000\n",
+            "",
+            "line 1, column \"Time\": no unit, and \"0.001\" is no date; type --columns \
+             \"time_ms=Time,out=OUT,in=IN\", or with time_s, time_us or time_ns",
+        ),
+        (
+            "Zeitstempel;QD 256;ID 256\n0,000;DW#16#00000000;DW#16#00000000\n",
+            "",
+            "line 1: none of the columns \"Zeitstempel\", \"QD 256\", \"ID 256\" is in, out or value by its name; \
+             say which, as --columns \"time_ms=Zeitstempel,out=QD 256,in=ID 256\"",
+        ),
+        (
+            "0.000,00000000,00000000\n",
+            "",
+            "line 1: no header: say which column is which by its number, as --columns \"time_ms=1,out=2,in=3\"",
+        ),
+        (
+            "0.000,00000000,00000000\n",
+            "time_s=T,in=IN",
+            "line 1: no header, so --columns takes numbers from 1, as --columns \"time_ms=1,out=2,in=3\"",
+        ),
+        (
+            "Time [s],OUT,IN word\n0.001,00000000,00000000\n",
+            "",
+            "line 1, column \"IN word\": looks like in; if it is, type --columns \
+             \"time_s=Time [s],out=OUT,in=IN word\"; if not, type --columns \"time_s=Time [s],out=OUT\"",
+        ),
+        (
+            "Time [s],IN,Inn\n0.001,00000000,3\n",
+            "",
+            "line 1, column \"Inn\": looks like in, which is there too; to read the others and leave it, type \
+             --columns \"time_s=Time [s],in=IN\"",
+        ),
+        (
+            "t [s];in;IN\n0,001;00000000;00000000\n",
+            "",
+            "line 1: \"in\" and \"IN\" are both in; say which is read, as --columns \"time_s=t [s],in=in\"",
+        ),
+        (
+            "time_us;in\n0;270F\n",
+            "",
+            "line 2, column \"in\": 270F: a word has 8 digits; zeros may be lost. Write 0000270F or 0x270F",
+        ),
+        (
+            "time_us;in\n5;00000000\n3;00000000\n",
+            "",
+            "line 3, column \"time_us\": \"3\" is 2 us before the row before it; sort the rows by time, or leave the \
+             column out and give --period",
+        ),
+        (
+            "time_us;out;in\n5;00000000;00000000\n6;0000",
+            "",
+            "line 3: 2 cells, the header has 3; the file ends within this line: delete it, or bring the rest",
+        ),
+        ("t [s];in\n\n1;00000000;9\n", "", "line 3: 3 cells, the header has 2"),
+        (
+            "t [s];in\n\"1;00000000\n2;00000000\n",
+            "",
+            "line 2: a double quote in this row is not closed, so the next one is read with it",
+        ),
+        (
+            "\"t [s]\",in\n\"0,001\",00000000\n",
+            "",
+            "line 2, column \"t [s]\": \"0,001\" is not a time in s; where a comma separates the cells, decimals \
+             stand behind a point",
+        ),
+        ("t [s];in_high\n1;0000\n", "", "line 1: in_high and in_low: only one of the halves is there"),
+        (
+            "in_high;in_low\n0000;\n",
+            "",
+            "line 2, column \"in_high\": one half of a word is there and the other is not",
+        ),
+        (
+            "t [s];in;Position\n1;00000000;4711\n",
+            "",
+            "line 2, column \"Position\": \"4711\" is not a whole number from 0 to 127; a position in steps is the \
+             column value",
+        ),
+        (
+            "t [s];IN\n1;0\n",
+            "in=X",
+            "line 1: --columns: no column is called \"X\"; the columns are \"t [s]\", \"IN\"",
+        ),
+        (
+            "# encoring-trace 1\nposition,in\n",
+            "in=in",
+            "line 2: a recording says itself what its columns and words are; leave --columns, --decimal and \
+             --period out",
+        ),
+    ] {
+        let error = rows(file.as_bytes(), &layout(columns, "")).unwrap_err();
+        assert_eq!(error.to_string(), format!("a.csv {expected}"), "{file}");
+    }
+}
