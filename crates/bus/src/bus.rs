@@ -62,6 +62,12 @@ pub trait Bus {
         Ok(Diagnosis::default())
     }
 
+    /// What may be wrong with a peer that was there and has never answered, and what to change; `None` if it has, or if
+    /// nobody was asked.
+    fn advice(&self) -> Option<String> {
+        None
+    }
+
     /// Hands out what happened to the link since the last call; `None` once everything was told.
     fn link_event(&mut self) -> Option<LinkEvent> {
         None
@@ -256,7 +262,7 @@ const fn plain(kind: io::ErrorKind) -> &'static str {
 }
 
 /// A time as people say it: below a second in whole milliseconds, else in tenths of seconds.
-fn rounded(span: Duration) -> Duration {
+pub(crate) fn rounded(span: Duration) -> Duration {
     let unit = if span < Duration::from_millis(1_000) { 1_000_000 } else { 100_000_000 };
     Duration::from_nanos((span.as_nanos() / unit).max(1) * unit)
 }

@@ -7,7 +7,7 @@ use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session
 use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Answered, Bus, BusError, Cause};
+use crate::bus::{Answered, Bus, BusError, Cause, rounded};
 use crate::misread::{Misread, can_be_sent};
 
 /// So many words in a row that no encoder sends are not torn: the gateway makes them so.
@@ -53,8 +53,8 @@ pub enum MasterError {
     },
     /// The IN words do not come from the ring any more.
     #[error(
-        "the IN word is {age} old: the ring has stopped, or the encoder is not on it. Look at the lamps of master and \
-         encoder, and at `encoring scan`"
+        "the IN word is {} old: the ring has stopped, or the encoder is not on it. Look at the lamps of master and \
+         encoder, and at `encoring scan`", rounded(*.age)
     )]
     Stale {
         /// Its age.
@@ -257,6 +257,25 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         }
     }
 
+    /// Refuses to write where IN shows what no encoder sends: OUT would be written as wrongly as IN is read.
+    fn readable(&mut self) -> Result<(), MasterError> {
+        let mut strange = InWord(0);
+        for _ in 0..STRANGE {
+            let mut input = [InWord(0)];
+            if let Err(error) = self.bus.cycle(None, self.position, &mut input) {
+                // Whether anything comes at all the service finds out, which has the patience for it.
+                self.met(error);
+                return Ok(());
+            }
+            [strange] = input;
+            if can_be_sent(strange) {
+                return Ok(());
+            }
+            self.rest(self.timing.next_look(LookFor::Recovery));
+        }
+        Err(MasterError::Misread { input: strange, cure: Cure::of(self.bus, strange) })
+    }
+
     /// The mark of a service bit that may stand on OUT because it was written here.
     #[must_use]
     pub fn left(&self) -> LeftBit {
@@ -389,6 +408,9 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
         }
         (self.last_error, self.once) = (None, None);
         self.alone()?;
+        if self.written.is_none() {
+            self.readable()?;
+        }
         // Every service is driven to its end below, so none is under way here.
         let mut out = self.session.start(self.bus.now(), request).unwrap_or(request.rest());
         let mut strange = 0_u32;

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, OutWord};
 
-use crate::bus::{Bus, BusError};
+use crate::bus::{Bus, BusError, rounded};
 
 /// For so long nothing may change before a service bit counts as left.
 pub const STANDS_FOR: Duration = Duration::from_millis(2_000);
@@ -51,7 +51,8 @@ pub enum ReleaseError {
     },
     /// The word without the service bit was written, and OUT still has it.
     #[error(
-        "OUT still holds {out} after {within}: another master writes it, or the gateway does not let it be written"
+        "OUT still holds {out} after {}: another master writes it, or the gateway does not let it be written",
+        rounded(*.within)
     )]
     Stays {
         /// OUT.

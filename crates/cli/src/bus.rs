@@ -301,17 +301,13 @@ impl Opened {
     /// Closes the ring and prints the report, with the service bit that was left if there is one; then the answer is not
     /// yes.
     pub(crate) fn report<V: Display + Serialize>(
-        mut self,
+        self,
         output: Output,
         told: Result<V, Failure>,
         answer: impl FnOnce(&V) -> Answer,
     ) -> Result<Answer, Failure> {
         let left = self.left;
-        if told.is_err() {
-            // The failure says what the trouble was.
-            while self.bus.link_event().is_some() {}
-        }
-        self.close()?;
+        self.close_after(&told)?;
         if let Some((position, out)) = left {
             note(&service_bit_left(position, out));
         }
@@ -334,11 +330,22 @@ impl Opened {
         }
     }
 
+    /// The same for a command that may have failed: then the failure says what the trouble was.
+    pub(crate) fn close_after<T>(mut self, told: &Result<T, Failure>) -> Result<(), Failure> {
+        if told.is_err() {
+            while self.bus.link_event().is_some() {}
+        }
+        self.close()
+    }
+
     /// Tells what happened to the link, and keeps the memories of simulated encoders.
     pub(crate) fn close(mut self) -> Result<(), Failure> {
         let events: Vec<_> = std::iter::from_fn(|| self.bus.link_event()).map(|event| event.what).collect();
         for trouble in troubles(&events) {
             note(&format!("note: {}: {trouble}", self.place));
+        }
+        if let Some(advice) = self.bus.advice() {
+            note(&format!("note: {}: {advice}", self.place));
         }
         let (Some(world), Some(memories)) = (&self.world, &self.memories) else { return Ok(()) };
         if memories.is_read_only() {

@@ -129,10 +129,12 @@ impl Arguments {
         if let (true, Some(moves)) = (self.consent.yes, &moves) {
             note(&format!("note: {moves}"));
         }
-        opened.serve(target, |master| {
+        let view = opened.serve(target, |master| {
             let report = preset.adjust(master);
             Ok(self.told(target, &report, master.last_error(), moves))
-        })
+        })?;
+        let failure = view.failure.map(|failure| failure.at(&opened.place()));
+        Ok(PresetView { failure, ..view })
     }
 
     /// What hinders a preset adjustment is a finding; that nobody answers is none.

@@ -6,6 +6,7 @@ use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use clap::Args;
+use encoring_bus::Bus;
 use encoring_modbus::probe::{End, Findings, Reach, Stage, probe};
 use encoring_modbus::{Address, Client};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -13,7 +14,7 @@ use serde::Serialize;
 
 use crate::arguments::Output;
 use crate::interrupt::Interrupt;
-use crate::output::{Answer, Failure};
+use crate::output::{Answer, Failure, note};
 
 /// Find the encoders of an unknown gateway: register, table and word order
 ///
@@ -83,7 +84,8 @@ impl fmt::Display for ProbeView {
         writeln!(f, "{}", self.verdict)?;
         for candidate in &self.candidates {
             writeln!(f, "\n{:<8}  --bus '{}'", candidate.certainty, candidate.bus)?;
-            writeln!(f, "          {} places for encoders", candidate.encoders)?;
+            let places = if candidate.encoders == 1 { "place" } else { "places" };
+            writeln!(f, "          {} {places} for encoders", candidate.encoders)?;
             for evidence in &candidate.evidence {
                 writeln!(f, "          {evidence}")?;
             }
@@ -114,7 +116,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     });
     bar.finish_and_clear();
-    let report = report.map_err(|error| Failure::NoAnswer(error.to_string()))?;
+    if let Some(advice) = client.advice() {
+        note(&format!("note: {}: {advice}", arguments.address.way));
+    }
+    let report = report.map_err(|error| Failure::NoAnswer(format!("{}: {error}", arguments.address.way)))?;
     arguments.output.print(&ProbeView::new(&report))?;
     if report.end == End::Stopped && report.candidates.is_empty() {
         return Err(Failure::NoAnswer("interrupted".to_owned()));

@@ -134,7 +134,7 @@ impl Programming<'_> {
         if check {
             self.settle(&report, earlier.as_ref())?;
         }
-        Ok(view.after(earlier.as_ref()))
+        Ok(view.after(earlier.as_ref()).at(&opened.place()))
     }
 
     /// Writes, with the old values and what is to be written on the disk before.
@@ -159,7 +159,7 @@ impl Programming<'_> {
         match done {
             Ok((view, report)) => {
                 self.settle(&report, earlier)?;
-                Ok(view.after(earlier))
+                Ok(view.after(earlier).at(&opened.place()))
             }
             // Nothing was begun.
             Err(failure) => self.take_back(earlier).and(Err(failure)),

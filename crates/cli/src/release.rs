@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let address = opened.place();
     let mut release = Release::new(&mut *opened.bus, arguments.at, patience, &stop);
     let told = arguments.release(&mut release, &address);
-    opened.close()?;
+    opened.close_after(&told)?;
     arguments.output.print(&told?)?;
     Ok(Answer::Yes)
 }

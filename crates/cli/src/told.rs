@@ -265,6 +265,9 @@ pub(crate) struct FailureView {
     pub(crate) status: Option<StatusView>,
     /// The same in sentences.
     pub(crate) text: Vec<String>,
+    /// Which of them tells of the bus.
+    #[serde(skip)]
+    of_bus: Option<usize>,
     #[serde(skip)]
     ends: Ends,
 }
@@ -346,7 +349,7 @@ impl FailureView {
 
     /// Only words.
     const fn told(kind: &'static str, ends: Ends, text: Vec<String>) -> Self {
-        Self { kind, out: None, waited_for: None, carried_out: None, status: None, text, ends }
+        Self { kind, out: None, waited_for: None, carried_out: None, status: None, text, of_bus: None, ends }
     }
 
     fn refused(refusal: Refusal, target: Target) -> Self {
@@ -377,8 +380,10 @@ impl FailureView {
                     .to_owned(),
             );
         }
-        text.extend(behind.map(|error| format!("the bus said: {error}")));
+        let of_bus = behind.map(|_| text.len());
+        text.extend(behind.map(BusError::to_string));
         Self {
+            of_bus,
             out: Some(request.word().to_string()),
             waited_for: Some(match waited_for {
                 WaitedFor::Normal => "normal",
@@ -408,13 +413,14 @@ impl FailureView {
                 target.position
             ));
         }
-        Self::told(kind, ends, text)
+        let of_bus = (!matches!(error, MasterError::Interrupted)).then_some(0);
+        Self { of_bus, ..Self::told(kind, ends, text) }
     }
 
-    /// The same with where the gateway is, if it is about the gateway.
+    /// The same with where the bus is, where it is about the bus.
     pub(crate) fn at(mut self, place: &str) -> Self {
-        if let ("no_bus" | "misread", Some(first)) = (self.kind, self.text.first_mut()) {
-            *first = format!("{place}: {first}");
+        if let Some(line) = self.of_bus.take().and_then(|line| self.text.get_mut(line)) {
+            *line = format!("{place}: {line}");
         }
         self
     }

@@ -19,9 +19,10 @@ use tokio_serial::SerialPortBuilderExt;
 use crate::address::{Address, Layout, Parity, StopBits, Way};
 use crate::error::ModbusError;
 use crate::inline::{Directory, MODULES_MAX};
-use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table, WordOrder};
+use crate::place::{MODULES, REGISTERS_PER_ENCODER, RegisterPlace, Table};
 use crate::reconnect::Reconnect;
 
+mod advice;
 mod diagnosis;
 mod difference;
 mod line;
@@ -66,9 +67,20 @@ struct Core {
     since: Option<Instant>,
     /// It is there, as far as was told.
     up: bool,
+    heard: Heard,
     /// Why the gateway's last connection is gone, if that was not told.
     gone: Option<ModbusError>,
     events: VecDeque<LinkEvent>,
+}
+
+/// What ever came from the peer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Heard {
+    NotAsked,
+    /// It was there, and nothing came.
+    Silence,
+    /// An answer, or what was none.
+    Something,
 }
 
 impl Client {
@@ -177,13 +189,7 @@ impl Bus for Client {
     }
 
     fn cure(&self, misread: Misread) -> Option<String> {
-        let order = match self.core.address.order_in {
-            WordOrder::HighFirst => WordOrder::LowFirst,
-            WordOrder::LowFirst => WordOrder::HighFirst,
-        };
-        let halves = format!(
-            "order={order} in the address, or registers that begin one later or earlier (in=..); `encoring probe` tells which"
-        );
+        let halves = advice::halves(&self.core.address);
         Some(match misread {
             Misread::Halves => halves,
             Misread::Bytes => "nothing in the address: set the byte order in the gateway".to_owned(),
@@ -193,6 +199,10 @@ impl Bus for Client {
 
     fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
         Ok(self.block(async |core, deadline| core.diagnosis(deadline).await)?)
+    }
+
+    fn advice(&self) -> Option<String> {
+        (self.core.heard == Heard::Silence).then(|| advice::silence(&self.core.address))
     }
 
     fn link_event(&mut self) -> Option<LinkEvent> {
@@ -214,6 +224,7 @@ impl Core {
             last: io::ErrorKind::NotConnected,
             since: None,
             up: false,
+            heard: Heard::NotAsked,
             gone: None,
             events: VecDeque::new(),
         }
@@ -457,6 +468,9 @@ impl Core {
                 Ok(())
             }
             Err(error) => {
+                if matches!(error, ModbusError::Bus(BusError::NoAnswer { .. })) {
+                    self.unanswered();
+                }
                 if let Some(cause) = self.gone.take() {
                     self.told_down(cause);
                 }
@@ -556,11 +570,24 @@ impl Core {
     /// Drops the connection if a result leaves open what may still be on its way.
     fn checked<T>(&mut self, result: Result<T, ModbusError>) -> Result<T, ModbusError> {
         match &result {
+            Err(ModbusError::Bus(BusError::NoAnswer { .. })) => self.unanswered(),
+            Ok(_) | Err(ModbusError::Refused { .. } | ModbusError::Garbled { .. }) => {
+                self.heard = Heard::Something;
+            }
+            Err(ModbusError::Bus(_)) => {}
+        }
+        match &result {
             Err(error) if !Wire::usable(error) => self.down(error.clone()),
             _ if self.wire.as_ref().is_some_and(Wire::answered) => self.reconnect.worked(),
             _ => {}
         }
         result
+    }
+
+    fn unanswered(&mut self) {
+        if self.heard == Heard::NotAsked {
+            self.heard = Heard::Silence;
+        }
     }
 
     fn down(&mut self, cause: ModbusError) {

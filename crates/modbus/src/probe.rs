@@ -164,7 +164,7 @@ pub enum Evidence {
 
 /// Why a probe came to no end.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{} after {requests} requests, reading {count} registers from {place}", .error)]
+#[error("{error}; that was request {}, for {count} {} from {place} on", .requests.saturating_add(1), registers(*.count))]
 pub struct ProbeError {
     /// What happened.
     pub error: ModbusError,
@@ -174,6 +174,10 @@ pub struct ProbeError {
     pub count: u16,
     /// How many requests there had been.
     pub requests: u32,
+}
+
+const fn registers(count: u16) -> &'static str {
+    if count == 1 { "register" } else { "registers" }
 }
 
 /// Looks for encoders behind a gateway, from the way, unit and time-out that the client's address names; what else

@@ -143,6 +143,11 @@ impl ProgramView {
         view
     }
 
+    /// The same with where the bus is.
+    pub(super) fn at(self, place: &str) -> Self {
+        Self { failure: self.failure.map(|failure| failure.at(place)), ..self }
+    }
+
     /// With what there is to know of a range.
     pub(crate) fn warned(mut self, warnings: &[Note]) -> Self {
         self.warnings =

@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use encoring_bus::SharedImage;
-use tokio::net::TcpListener;
+use tokio::net::TcpSocket;
 use tokio::sync::oneshot;
 
 /// Our own server on a thread of its own.
@@ -29,10 +29,10 @@ struct Server {
 
 impl Server {
     fn start(encoders: usize, options: Options) -> Self {
-        Self::at(([127, 0, 0, 1], 0).into(), encoders, options)
+        Self::on(held().0, encoders, options)
     }
 
-    fn at(address: SocketAddr, encoders: usize, options: Options) -> Self {
+    fn on(held: TcpSocket, encoders: usize, options: Options) -> Self {
         let image = SharedImage::new(image(encoders));
         let (stop, stopped) = oneshot::channel::<()>();
         let (tell, told) = std::sync::mpsc::channel();
@@ -42,7 +42,7 @@ impl Server {
         let thread = thread::spawn(move || {
             let runtime = Builder::new_current_thread().enable_all().build().unwrap();
             runtime.block_on(async {
-                let listener = TcpListener::bind(address).await.unwrap();
+                let listener = held.listen(64).unwrap();
                 tell.send(listener.local_addr().unwrap()).unwrap();
                 let stopped = async {
                     let _ = stopped.await;
@@ -67,6 +67,14 @@ impl Drop for Server {
         self.stop.take().unwrap().send(()).unwrap();
         self.thread.take().unwrap().join().unwrap();
     }
+}
+
+/// A port that nobody else gets, and at which nothing listens yet.
+fn held() -> (TcpSocket, SocketAddr) {
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.bind(([127, 0, 0, 1], 0).into()).unwrap();
+    let at = socket.local_addr().unwrap();
+    (socket, at)
 }
 
 fn read(client: &mut Client, first: usize, count: usize) -> Result<Vec<u32>, BusError> {
@@ -190,9 +198,8 @@ fn a_server_that_closed_between_two_calls_costs_no_error() {
 
 #[test]
 fn without_a_listener_there_is_no_connection_and_then_a_pause() {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = format!("modbus-tcp://{}?timeout_ms=40", listener.local_addr().unwrap());
-    drop(listener);
+    let (_held, at) = held();
+    let address = format!("modbus-tcp://{at}?timeout_ms=40");
     let mut client = Client::new(address.parse().unwrap()).unwrap().reconnecting(Reconnect::new(
         Duration::from_secs(3_600),
         1,
@@ -210,9 +217,7 @@ fn without_a_listener_there_is_no_connection_and_then_a_pause() {
 
 #[test]
 fn a_listener_that_comes_late_is_found() {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let at = listener.local_addr().unwrap();
-    drop(listener);
+    let (held, at) = held();
     let pause = Duration::from_millis(1);
     let mut client = Client::new(format!("modbus-tcp://{at}").parse().unwrap())
         .unwrap()
@@ -220,7 +225,7 @@ fn a_listener_that_comes_late_is_found() {
     for _ in 0..3 {
         read(&mut client, 0, 1).unwrap_err();
     }
-    let server = Server::at(at, 1, Options::default());
+    let server = Server::on(held, 1, Options::default());
     assert_eq!(read(&mut client, 0, 1).unwrap(), [0x8000_8001]);
     let events = drained(&mut client);
     assert_eq!(events.len(), 4);
@@ -230,9 +235,7 @@ fn a_listener_that_comes_late_is_found() {
 
 #[test]
 fn link_events_that_nobody_asks_for_are_bounded() {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let at = listener.local_addr().unwrap();
-    drop(listener);
+    let (_held, at) = held();
     let mut client = Client::new(format!("modbus-tcp://{at}").parse().unwrap())
         .unwrap()
         .reconnecting(Reconnect::new(Duration::ZERO, 1, Duration::ZERO));
@@ -240,4 +243,42 @@ fn link_events_that_nobody_asks_for_are_bounded() {
         read(&mut client, 0, 1).unwrap_err();
     }
     assert_eq!(drained(&mut client).len(), EVENTS_MAX);
+}
+
+#[test]
+fn a_peer_that_takes_connections_and_never_answers_is_told_with_what_may_be_wrong() {
+    // The system takes the connections for it.
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let at = listener.local_addr().unwrap();
+    let (_held, nobody) = held();
+    let advice = |address: String| {
+        let mut client = Client::new(format!("{address}?timeout_ms=20&unit=3").parse().unwrap()).unwrap();
+        read(&mut client, 0, 1).unwrap_err();
+        client.advice()
+    };
+    let told = advice(format!("modbus-tcp://{at}")).unwrap();
+    assert!(told.contains("unit=3 was asked") && told.contains(&format!("modbus-rtu-tcp://{at}")), "{told}");
+    let told = advice(format!("modbus-rtu-tcp://{at}")).unwrap();
+    assert!(told.contains(&format!("(modbus-tcp://{at})")) && told.contains("encoring probe"), "{told}");
+    assert_eq!(advice(format!("modbus-tcp://{nobody}")), None, "nobody is there");
+    let server = Server::start(1, Options::default());
+    let mut client = server.client("");
+    assert_eq!(client.advice(), None);
+    read(&mut client, 0, 1).unwrap();
+    assert_eq!(client.advice(), None);
+}
+
+#[test]
+fn exchanged_halves_are_cured_by_the_order_or_by_the_registers_beside() {
+    let cure = |options: &str| {
+        let client = Client::new(format!("modbus-tcp://gateway{options}").parse().unwrap()).unwrap();
+        client.cure(Misread::Halves).unwrap()
+    };
+    let told = cure("");
+    assert!(told.starts_with("order=low-first in the address, or in=input:1 if the registers"), "{told}");
+    let told = cure("?in=holding:300&order=low-first");
+    assert!(
+        told.starts_with("order=high-first in the address, or in=holding:299 or in=holding:301 if"),
+        "{told}"
+    );
 }

@@ -306,7 +306,7 @@ fn a_time_out_ends_the_search_and_is_told() {
     assert_eq!(error.error, BusError::NoAnswer { within: Duration::from_secs(1) }.into());
     assert_eq!(
         error.to_string(),
-        "no answer within 1 s after 14 requests, reading 1 registers from input:256"
+        "no answer within 1 s; that was request 15, for 1 register from input:256 on"
     );
 }
 
