@@ -5,6 +5,7 @@ mod decode;
 mod drawing;
 mod encode;
 mod format;
+mod guess;
 
 use clap::{Args, Subcommand};
 
@@ -16,6 +17,7 @@ use crate::output::{Answer, Failure};
 Examples:
   encoring ssi encode 9999 --bits 25
   encoring ssi encode 9999 --bits 31 --svg ak40.svg
+  encoring ssi guess capture.sr
   encoring ssi decode capture.sr --bits 25")]
 pub(crate) struct Arguments {
     #[command(subcommand)]
@@ -26,11 +28,13 @@ pub(crate) struct Arguments {
 enum Question {
     Encode(encode::Arguments),
     Decode(decode::Arguments),
+    Guess(guess::Arguments),
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     match &arguments.question {
         Question::Encode(arguments) => encode::run(arguments),
         Question::Decode(arguments) => decode::run(arguments),
+        Question::Guess(arguments) => guess::run(arguments),
     }
 }

@@ -13,6 +13,7 @@ pub mod scaling;
 pub mod seen;
 pub mod service;
 pub mod session;
+pub mod ssi_guess;
 pub mod ssi_lines;
 pub mod ssi_receiver;
 pub mod ssi_timings;

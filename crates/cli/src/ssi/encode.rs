@@ -6,17 +6,19 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use encoring_files::Existing;
-use encoring_words::ssi_frame::{Level, SsiFormat, SsiFrame};
+use encoring_words::ssi_frame::{CLOCK_HZ_LIMIT, SsiFormat};
 use serde::Serialize;
 
-use super::drawing::{HALF_PERIOD_NS, pulses};
-use super::format::{FormatArguments, FormatText};
+use super::drawing::Transfer;
+use super::format::{FormatArguments, FormatText, rate};
 use crate::arguments::{self, Output};
 use crate::output::new_file::write_new_file;
 use crate::output::{Answer, Failure, Format, bad_input, note, page};
 
 /// The most clocks that are shown.
 const CLOCKS_MAX: u32 = 1_024;
+/// The longest delay.
+const DELAY_MAX_NS: u64 = 100_000;
 /// The most clocks of a figure.
 const DRAWN_MAX: u32 = 128;
 
@@ -25,12 +27,14 @@ const DRAWN_MAX: u32 = 128;
 #[command(after_help = "\
 Data+ changes with each rising clock edge. A receiver that takes the level at the
 falling edges, or just before the rising ones, sees the High of rest first and one
-bit less at the end: `rising` and `falling` show that, one bit an edge.
+bit less at the end: `rising` and `falling` show that, one bit an edge. With a
+--delay longer than the High phase of the clock the falling edge is one bit late.
 
 Examples:
   encoring ssi encode 9999 --bits 25
   encoring ssi encode 0x270F --bits 14 --code gray --clocks 20
   encoring ssi encode 9999 --bits 31 --svg ak40.svg
+  encoring ssi encode 9999 --clock-rate 1MHz --delay 650
   encoring ssi encode 9999 --repetition --clocks 52 --format json")]
 pub(crate) struct Arguments {
     /// The position: decimal, or hexadecimal as 0x270F or 270Fh
@@ -41,6 +45,12 @@ pub(crate) struct Arguments {
     /// Clocks to show [default: one more than the field has bits]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLOCKS_MAX)))]
     clocks: Option<u32>,
+    /// Clock rate
+    #[arg(long, value_name = "RATE", default_value = "500kHz", value_parser = clock_rate)]
+    clock_rate: u64,
+    /// From a rising edge to the data at the receiver in nanoseconds: both ways of the cable, and the encoder
+    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=DELAY_MAX_NS))]
+    delay: u64,
     /// Draw the figure into this file
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
@@ -67,34 +77,44 @@ struct EncodedView {
 }
 
 impl EncodedView {
-    fn new(position: u32, format: SsiFormat, clocks: Option<u32>) -> Self {
-        let frame = SsiFrame::new(position, format);
-        let clocks = clocks.unwrap_or(usual_clocks(format));
-        let line = bits(&frame, clocks);
-        // Whichever the edge: at an edge the receiver sees what the rising edge before it has put out; at the first one
-        // the High of rest.
-        let seen = std::iter::once('1').chain(line.chars()).take(line.len()).collect::<String>();
-        let title = FormatText(format);
+    fn new(position: u32, arguments: &Arguments) -> Self {
+        let format = arguments.format.format();
+        let (transfer, clocks) = arguments.transfer(position);
         Self {
-            field: bits(&frame, u32::from(format.bits())),
-            rising: seen.clone(),
-            falling: seen,
-            heading: format!("position {position} ({position:06X}h), {title}, {clocks} clocks"),
+            field: transfer.field(),
+            line: transfer.line(),
+            rising: transfer.rising(),
+            falling: transfer.falling(),
+            heading: format!(
+                "position {position} ({position:06X}h), {}, {clocks} clocks",
+                FormatText(format)
+            ),
             remark: cut(position, format),
-            drawn: pulses("", position, format, clocks).text(HALF_PERIOD_NS),
-            line,
+            drawn: transfer.text(),
         }
     }
+}
+
+impl Arguments {
+    /// How a position is sent, and in how many clocks.
+    fn transfer(&self, position: u32) -> (Transfer, u32) {
+        let format = self.format.format();
+        let clocks = self.clocks.unwrap_or(usual_clocks(format));
+        (Transfer::new(position, format, clocks, self.clock_rate, self.delay), clocks)
+    }
+}
+
+/// A rate at which an SSI can be drawn.
+fn clock_rate(text: &str) -> Result<u64, String> {
+    let hz = rate(text)?;
+    let (least, most) = CLOCK_HZ_LIMIT;
+    let is_possible = (u64::from(least)..=u64::from(most)).contains(&hz);
+    is_possible.then_some(hz).ok_or_else(|| format!("{text}: an SSI is clocked with {least} to {most} Hz"))
 }
 
 /// One more than the field has bits: data change with rising edges, and the first bit is there after the first one.
 fn usual_clocks(format: SsiFormat) -> u32 {
     u32::from(format.bits()) + 1
-}
-
-/// The levels of the first clocks.
-fn bits(frame: &SsiFrame, clocks: u32) -> String {
-    (1..=clocks).map(|pulse| if frame.level(pulse) == Level::High { '1' } else { '0' }).collect()
 }
 
 /// What is missing of a position that needs more bits than there are.
@@ -128,7 +148,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         if !text.is_empty() && arguments.output.format == Format::Text {
             text.push('\n');
         }
-        let view = EncodedView::new(*position, arguments.format.format(), arguments.clocks);
+        let view = EncodedView::new(*position, arguments);
         text.push_str(&page(arguments.output.format, &view)?);
     }
     io::stdout().lock().write_all(text.as_bytes())?;
@@ -136,18 +156,17 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 }
 
 fn draw(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
-    let Arguments { positions, format, clocks, overwrite, .. } = arguments;
+    let Arguments { positions, format, clock_rate, overwrite, .. } = arguments;
     let [position] = positions[..] else {
         return Err(bad_input(format!("--svg: a figure is of one position, not of {}", positions.len())));
     };
-    let format = format.format();
-    let clocks = clocks.unwrap_or(usual_clocks(format));
+    let (transfer, clocks) = arguments.transfer(position);
     if clocks > DRAWN_MAX {
         return Err(bad_input(format!("--svg: a figure has at most {DRAWN_MAX} clocks, not {clocks}")));
     }
+    let (format, khz) = (FormatText(format.format()), clock_rate / 1_000);
+    let title = format!("position {position} ({position:06X}h), {format}, {clocks} clocks of {khz} kHz");
+    let svg = transfer.svg(&title);
     let existing = if *overwrite { Existing::Replaced } else { Existing::Kept };
-    let title =
-        format!("position {position} ({position:06X}h), {}, {clocks} clocks of 500 kHz", FormatText(format));
-    let svg = pulses(&title, position, format, clocks).svg();
     write_new_file("--svg", file, existing, |new| new.write_all(svg.as_bytes()))
 }

@@ -172,3 +172,42 @@ fn what_has_no_effect_and_what_is_not_sent_is_told() {
     let run = encoring(&["ssi", "encode", "9999", "--bits", "8"], b"");
     assert!(run.out.contains("the position has 14 bits; the upper 6 are not sent, and no error tells it"));
 }
+
+// [R109] Edge by edge, by arithmetic on a list of times.
+#[test]
+fn what_receivers_take_follows_the_delay_of_the_cable() {
+    for (delay, late_falling, late_rising) in
+        [(0, 0, 0), (499, 0, 0), (500, 1, 0), (650, 1, 0), (999, 1, 0), (1_000, 1, 1)]
+    {
+        let delay = delay.to_string();
+        let views = encoded(&["--bits", "14", "--clock-rate", "1MHz", "--delay", &delay], &[9_999]);
+        let [field, line, rising, falling] = &views[0];
+        let late = |bits: usize| format!("{}{field}", "1".repeat(1 + bits))[..line.len()].to_owned();
+        assert_eq!((falling, rising), (&late(late_falling), &late(late_rising)), "{delay} ns");
+        assert_eq!(*line, format!("{field}0"));
+    }
+}
+
+#[test]
+fn the_figures_of_the_page_are_what_the_program_draws() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/");
+    let page = std::fs::read_to_string(format!("{root}ssi.md")).unwrap();
+    let mut figures = 0;
+    for line in page.lines().filter_map(|line| line.strip_prefix("$ encoring ")) {
+        let Some((command, file)) = line.split_once(" --svg docs/") else { continue };
+        let drawn = folder.path().join("drawn.svg");
+        let mut arguments: Vec<&str> = command.split(' ').collect();
+        arguments.extend(["--svg", drawn.to_str().unwrap(), "--overwrite"]);
+        let run = encoring(&arguments, b"");
+        assert_eq!(run.code, Some(0), "{line}: {}", run.err);
+        let committed = std::fs::read_to_string(format!("{root}{file}")).unwrap();
+        assert!(
+            std::fs::read_to_string(&drawn).unwrap() == committed,
+            "docs/{file}: draw it anew with {line}"
+        );
+        assert!(page.contains(&format!("]({file})")), "the page shows {file}");
+        figures += 1;
+    }
+    assert_eq!(figures, 4);
+}

@@ -241,3 +241,45 @@ fn clock_and_data_are_found_whatever_they_are_called_and_asked_for_where_more_fi
         run.err
     );
 }
+
+#[test]
+fn the_format_of_a_capture_is_guessed_and_what_cannot_be_told_is_listed() {
+    let captures = Captures::new();
+    let guess = |file: &str| {
+        let run = encoring(&["ssi", "guess", file, "--format", "json"], b"");
+        (run.code, serde_json::from_str::<Value>(&run.out).unwrap())
+    };
+    // A shaft at 7.3 steps a transfer, in Gray.
+    let moving: Vec<String> =
+        (0..120_u32).map(|k| 9_999 + k * 73 / 10).map(|at| format!("{:014b}", at ^ at >> 1)).collect();
+    let (code, view) = guess(&captures.file("gray.sr", Some(10_000_000), &drawn(&moving, 16, 500, 0)));
+    assert_eq!(code, Some(0), "{view}");
+    let fit = serde_json::json!({
+        "bits": 14, "code": "gray", "parity": null, "repetition": false, "leading_zeros": 0, "clocks_behind": 2
+    });
+    assert_eq!(view["fits"], serde_json::json!([fit]));
+    assert_eq!((&view["edge"], &view["clocks"], &view["words"]), (&"either".into(), &16.into(), &120.into()));
+    // The same with as many clocks as bits: there may be more bits.
+    let (code, view) = guess(&captures.file("short.csv", None, &drawn(&moving, 14, 500, 0)));
+    assert_eq!((code, &view["may_be_longer"]), (Some(3), &true.into()));
+    // Late data, and AK-40.
+    let ak40: Vec<String> = (0..120_u32)
+        .map(|k| format!("{:031b}", 9_999 + k * 73 / 10))
+        .map(|digits| if digits.matches('1').count() % 2 == 0 { digits + "1" } else { digits + "0" })
+        .collect();
+    let (code, view) = guess(&captures.file("late.vcd", None, &drawn(&ak40, 33, 1_000, 650)));
+    assert_eq!(
+        (code, &view["edge"], &view["fits"][0]["parity"]),
+        (Some(0), &"rising".into(), &"odd".into()),
+        "{view}"
+    );
+    // A shaft at rest.
+    let still = vec![moving[0].clone(); 40];
+    let (code, view) = guess(&captures.file("still.vcd", None, &drawn(&still, 16, 500, 0)));
+    assert_eq!((code, &view["moved"]), (Some(3), &false.into()));
+    let fits = view["fits"].as_array().unwrap();
+    assert!(
+        fits.iter().any(|fit| fit["code"] == "gray") && fits.iter().any(|fit| fit["code"] == "binary"),
+        "{view}"
+    );
+}

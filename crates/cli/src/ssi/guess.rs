@@ -1,0 +1,166 @@
+//! `encoring ssi guess`: which format a capture may have.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::ops::ControlFlow;
+
+use clap::Args;
+use encoring_host::ssi_guess::{SsiFit, SsiGuess, SsiWord, SsiWords};
+use encoring_words::Instant;
+use encoring_words::parameter::Code;
+use encoring_words::ssi_frame::SsiCheck;
+use serde::Serialize;
+
+use super::captured::{CaptureArguments, Captured, Levels};
+use super::format::FormatText;
+use crate::arguments::Output;
+use crate::output::{Answer, Failure, note};
+
+/// Find the format of a capture: bits, code, parity, repetition, zeros before and behind, and the edge
+///
+/// It needs a shaft that moves: over a boundary of several bits to tell the codes apart, and at a speed that is no whole
+/// number of steps a transfer to see which bit is the last. Otherwise it lists what fits.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 one format fits; 2 bad input; 3 several fit, or none.
+
+Examples:
+  encoring ssi guess capture.sr
+  encoring ssi guess logic.csv --clock 'Channel 0' --data 'Channel 1'")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    capture: CaptureArguments,
+    #[command(flatten)]
+    output: Output,
+}
+
+#[derive(Serialize)]
+struct GuessView {
+    words: u64,
+    clocks: u32,
+    moved: bool,
+    edge: &'static str,
+    may_be_longer: bool,
+    fits: Vec<FitView>,
+}
+
+#[derive(Serialize)]
+struct FitView {
+    #[serde(skip)]
+    text: String,
+    bits: u8,
+    code: &'static str,
+    parity: Option<&'static str>,
+    /// `null` where the clocks are too few to see it.
+    repetition: Option<bool>,
+    leading_zeros: u32,
+    clocks_behind: u32,
+}
+
+impl FitView {
+    fn new(fit: SsiFit, clocks: u32) -> Self {
+        let SsiFit { format, leading_zeros, clocks_behind } = fit;
+        let is_repeated = format.check() == SsiCheck::Repetition;
+        let has_parity = format.check() == SsiCheck::OddParity;
+        Self {
+            text: FormatText(format).to_string(),
+            bits: format.bits() - u8::from(has_parity),
+            code: match format.code() {
+                Code::Binary => "binary",
+                Code::Gray => "gray",
+            },
+            parity: has_parity.then_some("odd"),
+            repetition: (is_repeated || format.bits() != 24 || clocks > 26).then_some(is_repeated),
+            leading_zeros,
+            clocks_behind,
+        }
+    }
+}
+
+impl fmt::Display for FitView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { text, leading_zeros, clocks_behind, repetition, .. } = self;
+        write!(
+            f,
+            "{text}; the first {leading_zeros} bits were always zero, {clocks_behind} clocks behind the field"
+        )?;
+        if repetition.is_none() { f.write_str("; repetition would show from 27 clocks on") } else { Ok(()) }
+    }
+}
+
+impl fmt::Display for GuessView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} words of {} clocks", self.words, self.clocks)?;
+        match self.edge {
+            "either" => writeln!(f, "edge: either; data change while the clock is High")?,
+            _ => writeln!(f, "edge: rising; data come so late that the falling edge brings the bit before")?,
+        }
+        match self.fits.as_slice() {
+            [] => writeln!(f, "no format of the CE-65-M fits")?,
+            [fit] => writeln!(f, "{fit}")?,
+            fits => {
+                writeln!(f, "several fit:")?;
+                fits.iter().try_for_each(|fit| writeln!(f, "  {fit}"))?;
+            }
+        }
+        if self.may_be_longer {
+            writeln!(
+                f,
+                "the last bit clocked belongs to the field: the field may have more bits than there were clocks. Capture \
+                 with one clock more"
+            )?;
+        }
+        if !self.moved {
+            writeln!(f, "fewer than 20 different words: capture a shaft that moves")?;
+        }
+        Ok(())
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let mut captured = arguments.capture.open()?;
+    let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
+    words(&mut captured, |word| *counts.entry(word.clocks).or_default() += 1)?;
+    let all: u64 = counts.values().sum();
+    let Some((clocks, most)) = counts.into_iter().max_by_key(|(_, count)| *count) else {
+        return Err(Failure::NoAnswer("no word is in the capture".to_owned()));
+    };
+    if most < all {
+        note(&format!(
+            "note: {} of {all} words have another number of clocks than {clocks} and were left out",
+            all - most
+        ));
+    }
+    let mut guess = SsiGuess::new(clocks);
+    words(&mut captured, |word| guess.word(word))?;
+    let view = GuessView {
+        words: guess.words(),
+        clocks,
+        moved: guess.has_moved(),
+        edge: if guess.is_late() { "rising" } else { "either" },
+        may_be_longer: guess.may_be_longer(),
+        fits: guess.fits().map(|fit| FitView::new(fit, clocks)).collect(),
+    };
+    arguments.output.print(&view)?;
+    Ok(if view.fits.len() == 1 && !view.may_be_longer { Answer::Yes } else { Answer::Unknown })
+}
+
+/// Every word of a capture.
+fn words(captured: &mut Captured, mut each: impl FnMut(SsiWord)) -> Result<(), Failure> {
+    let mut words = SsiWords::default();
+    let end = captured.levels(|Levels { at, clock_and_data }| {
+        match clock_and_data {
+            Some((clock, data)) => {
+                if let Some(word) = words.levels(at, clock, data) {
+                    each(word);
+                }
+            }
+            None => words = SsiWords::default(),
+        }
+        ControlFlow::Continue(())
+    })?;
+    if let Some(word) = words.time(Instant(end.time_ns)) {
+        each(word);
+    }
+    Ok(())
+}
