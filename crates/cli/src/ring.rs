@@ -6,7 +6,8 @@ use clap::{Args, Subcommand};
 use encoring_ring::cycle_time::{CABLE_M_MAX, REMOTE_DEVICES_MAX, Terms};
 use encoring_ring::profile::{BIT_2M, BIT_500K, DATA_BYTES_MAX, DEVICES_MAX, ENCODER_BYTES, FRAME_BYTES};
 use encoring_ring::{CycleTime, ENCODERS_MAX};
-use encoring_words::Duration;
+use encoring_words::model::MODELS;
+use encoring_words::{Duration, Model};
 use serde::Serialize;
 
 use crate::arguments::Output;
@@ -15,7 +16,7 @@ use crate::output::{Answer, Failure, bad_input};
 /// The longest software time that is taken, in microseconds.
 const SOFTWARE_US_MAX: u32 = 1_000_000;
 
-/// How long a cycle of a ring takes
+/// How long a cycle of a ring takes, and how long a motion until the master sees it
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -73,7 +74,38 @@ struct CycleTimeView {
     terms: TermsView,
     cycle_ns: u64,
     cycles_per_s: f64,
+    reactions: Vec<ReactionView>,
 }
+
+/// How long a motion takes at worst until the master sees it.
+#[derive(Serialize)]
+struct ReactionView {
+    model: &'static str,
+    refresh_ns: u64,
+    /// `false`: its manual does not say, and the refresh is assumed.
+    refresh_stated: bool,
+    worst_ns: u64,
+}
+
+impl ReactionView {
+    fn of(cycle: Duration) -> Vec<Self> {
+        let view = |model: Model| Self {
+            model: model.name(),
+            refresh_ns: model.refresh().as_nanos(),
+            refresh_stated: model.data_sheet().refresh.is_some(),
+            worst_ns: CycleTime::worst_reaction(cycle, model.refresh()).as_nanos(),
+        };
+        MODELS.into_iter().map(view).collect()
+    }
+}
+
+/// How the worst reaction comes about.
+const REACTION: &str = "\
+reaction: until the master has a position that shows a motion, at worst. The encoder
+has just looked at the shaft (one refresh), the new position has just missed the cycle
+that is loaded (one cycle), and the next one carries it (one cycle). The PLC's own
+cycle and a gateway come on top.
+";
 
 #[derive(Serialize)]
 struct TermsView {
@@ -95,9 +127,15 @@ impl fmt::Display for CycleTimeView {
             ("cycle", format!("{:.1} a second", self.cycles_per_s), self.cycle_ns),
         ];
         for (name, formula, nanos) in rows {
-            writeln!(f, "{name:<10} {formula:<36} {:>12} us", micros(nanos))?;
+            writeln!(f, "{name:<10} {formula:<44} {:>9} us", micros(nanos))?;
         }
-        Ok(())
+        for reaction in &self.reactions {
+            let assumed = if reaction.refresh_stated { "" } else { ", assumed" };
+            let formula =
+                format!("{}: 2 cycles + {} us refresh{assumed}", reaction.model, micros(reaction.refresh_ns));
+            writeln!(f, "{:<10} {formula:<44} {:>9} us", "reaction", micros(reaction.worst_ns))?;
+        }
+        write!(f, "\n{REACTION}")
     }
 }
 
@@ -162,6 +200,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         },
         cycle_ns,
         // One decimal is what people read; programs have the time itself.
+        reactions: ReactionView::of(Duration::from_nanos(cycle_ns)),
         cycles_per_s: (1e10 / cycle_ns as f64).round() / 10.0,
     };
     arguments.output.print(&view)?;

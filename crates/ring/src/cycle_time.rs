@@ -64,6 +64,15 @@ impl CycleTime {
         Duration::from_nanos(line.saturating_add(self.software.as_nanos()).saturating_add(cable))
     }
 
+    /// How long it takes at worst until the master has a position that shows a motion: the sensor was looked at just
+    /// before (`refresh`), the sample just missed the cycle that was loaded (one cycle), and the next one carries it
+    /// (one cycle).
+    #[must_use]
+    pub const fn worst_reaction(cycle: Duration, refresh: Duration) -> Duration {
+        let cycles = cycle.as_nanos().saturating_mul(2);
+        Duration::from_nanos(cycles.saturating_add(refresh.as_nanos()))
+    }
+
     /// The cycle of a ring that holds nothing but `encoders` encoders.
     #[must_use]
     pub const fn of_encoders(&self, encoders: u32) -> Duration {

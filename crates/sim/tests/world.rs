@@ -3,12 +3,12 @@
 
 mod common;
 
-use common::{MS, Ring, SERVICE_BIT, device, scenario, three};
+use common::{MS, Ring, SECOND, SERVICE_BIT, device, scenario, three};
 use encoring_ring::image::Half;
-use encoring_ring::{ProcessImage, Verdict};
+use encoring_ring::{CycleTime, ProcessImage, Verdict};
 use encoring_sim::{Scenario, World};
 use encoring_trace::Input;
-use encoring_words::{Duration, InWord};
+use encoring_words::{Duration, InWord, Model};
 
 const THREE_NS: u64 = 677_000;
 
@@ -255,4 +255,27 @@ fn a_position_outside_the_ring_is_ignored() {
     ring.cycles(3);
     assert_eq!(ring.input, [1, 20, 30]);
     assert_eq!(InWord(ring.input[0]).high(), 0);
+}
+
+#[test]
+fn no_position_is_older_than_the_worst_reaction_and_some_nearly_are() {
+    let turning = "motion = { kind = \"speed\", rpm = 6000.0 }";
+    let steps_per_s = 6_000 / 60 * 4096;
+    let devices = [device(0, "ce-100-m", turning), device(1, "ce-65-m", turning)].concat();
+    let mut ring = Ring::new(&format!("version = 1\n{devices}"));
+    let cycle = CycleTime::default().of_encoders(2);
+    for (position, model) in [(0, Model::Ce100M), (1, Model::Ce65M)] {
+        let worst = CycleTime::worst_reaction(cycle, model.refresh()).as_nanos();
+        let mut oldest = 0;
+        for _ in 0..2_000 {
+            ring.cycle();
+            // A position is replaced a cycle after it came.
+            let replaced = ring.world.now().as_nanos() + cycle.as_nanos();
+            let shown = u64::from(ring.input[position] & 0x00FF_FFFF);
+            oldest = oldest.max(replaced.saturating_sub(shown * SECOND / steps_per_s));
+        }
+        // A step lasts 2.4 us, and samples come every microsecond of the cycle but not in each.
+        assert!(oldest <= worst + 3_000, "{model}: {oldest} of {worst}");
+        assert!(oldest + 30_000 >= worst, "{model}: {oldest} of {worst}");
+    }
 }
