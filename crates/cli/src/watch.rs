@@ -255,6 +255,12 @@ impl Lines {
                 Format::Json => writeln!(out, "{}", serde_json::to_string(&new)?)?,
                 Format::Text => writeln!(out, "{}", line(&new))?,
             }
+            let began = old.as_ref().is_none_or(|old| old.verdict != new.verdict);
+            if self.format == Format::Text && began {
+                for cause in &new.causes {
+                    writeln!(out, "{:>10}  {cause}", "")?;
+                }
+            }
             match old {
                 Some(old) => *old = new,
                 None => self.told.push(new),

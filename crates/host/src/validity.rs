@@ -133,6 +133,17 @@ pub enum Why {
     },
 }
 
+impl Why {
+    /// `true` for a step of the position that is none of the shaft or the magnet [R150..R153].
+    #[must_use]
+    pub const fn is_step(self) -> bool {
+        match self {
+            Self::OffTheRod { .. } | Self::Speed { .. } | Self::Acceleration { .. } => true,
+            Self::Foreign(_) | Self::Range { .. } => false,
+        }
+    }
+}
+
 /// Why the machine must be stopped [R143].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {

@@ -295,6 +295,9 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     for text in &seen.text {
         lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
+    for cause in &seen.causes {
+        lines.extend(wrap(&cause.to_string(), width).into_iter().map(Line::raw));
+    }
     if !seen.cannot_judge.is_empty() {
         let why = match seen.blind.contains(&Blind::Changed) {
             true => "parameters were written since",

@@ -1,11 +1,13 @@
 //! What is shown of an encoder: the same for the screen, for lines and for programs.
 
+use std::fmt;
+
 use encoring_bus::watch::{HandshakePhase, Sight};
 use encoring_bus::{Blind, Judge, Judgement};
 use encoring_host::service::Check;
 use encoring_station::view::LampsView;
 use encoring_words::word::{In, ServiceNumber};
-use encoring_words::{Access, Duration, InWord};
+use encoring_words::{Access, Duration, InWord, Model};
 use serde::Serialize;
 
 use crate::output::time::span;
@@ -32,6 +34,8 @@ pub(crate) struct Seen {
     pub(crate) status: Option<StatusView>,
     /// The verdict in sentences; empty if all is well.
     pub(crate) text: Vec<String>,
+    /// Of a step of the position that is none of the shaft.
+    pub(crate) causes: Vec<CauseView>,
     #[serde(skip)]
     pub(crate) sight: Sight,
     #[serde(skip)]
@@ -64,6 +68,7 @@ impl Seen {
             cannot_judge: judge.blind().iter().map(|blind| blind.name()).collect(),
             text: text(sight, status.as_ref()),
             status,
+            causes: CauseView::of(&sight.verdict, judge.model()),
             sight: sight.clone(),
             blind: judge.blind().to_vec(),
         }
@@ -72,6 +77,30 @@ impl Seen {
     /// What has to be told again when it changes.
     pub(crate) fn key(&self) -> (&'static str, Option<u32>, &Option<String>, &Option<String>) {
         (self.verdict, self.value, &self.out, &self.input)
+    }
+}
+
+/// A cause of step changes, with what helps.
+#[derive(Serialize)]
+pub(crate) struct CauseView {
+    cause: &'static str,
+    remedy: &'static str,
+}
+
+impl CauseView {
+    /// Those of the manual, if the verdict is a step.
+    fn of(verdict: &Judgement, model: Model) -> Vec<Self> {
+        let steps = match verdict {
+            Judgement::Implausible(why) if why.is_step() => model.step_changes(),
+            _ => &[],
+        };
+        steps.iter().map(|step| Self { cause: step.cause, remedy: step.remedy }).collect()
+    }
+}
+
+impl fmt::Display for CauseView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cause: {}; remedy: {}", self.cause, self.remedy)
     }
 }
 

@@ -131,6 +131,26 @@ fn a_service_is_seen_with_its_step_of_the_handshake() {
     insta::assert_snapshot!("in_service_120x40", drawn(&mut screen(GATEWAY, in_service(), vec![]), LARGE));
 }
 
+// [R150, R151, R152, R153]
+#[test]
+fn a_step_that_no_shaft_makes_is_told_with_the_causes_and_remedies_of_the_manual() {
+    let step = || Judgement::Implausible(Why::Speed { from: 5, to: 9_000, within: Duration::from_millis(1) });
+    let told = real(&sight(2, 0, 9_000, step()), &known());
+    let causes: Vec<String> = told.causes.iter().map(ToString::to_string).collect();
+    assert_eq!(causes.len(), 4);
+    for (told, (cause, remedy)) in causes.iter().zip([
+        ("loose contacts", "check all cables"),
+        ("severe vibration", "shock modules"),
+        ("electrical disturbance", "insulating flanges"),
+        ("a sampling defect", "plastic couplings"),
+    ]) {
+        assert!(told.contains(cause) && told.contains(remedy), "{told}");
+    }
+    insta::assert_snapshot!("step_120x40", drawn(&mut screen(GATEWAY, vec![told], vec![]), LARGE));
+    let range = Judgement::Implausible(Why::Range { value: 10_000, measuring_length: 9_999 });
+    assert!(real(&sight(2, 0, 10_000, range), &known()).causes.is_empty());
+}
+
 fn lost(verdict: Judgement) -> Seen {
     let sight = sight(1, 0, 0, verdict);
     real(&Sight { input: None, age: None, out: None, ..sight }, &known())
