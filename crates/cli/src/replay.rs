@@ -298,7 +298,7 @@ impl<'a> Player<'a> {
         self.out = row.out.unwrap_or(self.out);
         row.out = Some(self.out);
         let got = play(&mut self.node, &row);
-        self.rows += 1;
+        self.rows += u64::from(got.is_some());
         self.judged += u64::from(row.input.is_some());
         if let Some(difference) = compare(&row, got) {
             self.differences += 1;
@@ -310,7 +310,7 @@ impl<'a> Player<'a> {
             }
         }
         if let Some(writer) = &mut self.printed {
-            row.input = Some(got);
+            row.input = got;
             writer.write(&row)?;
         }
         Ok(())

@@ -14,6 +14,7 @@ use encoring_encoder::Unit;
 use encoring_files::Existing;
 use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, WordOrder};
 use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
+use encoring_sim::ssi::PlacedReader;
 use encoring_sim::{Scenario, Shown, World};
 use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_trace::wave::Format as WaveFormat;
@@ -55,6 +56,7 @@ Examples:
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
   encoring sim --fault silent:2@5s+1s             a broken cable, searched and found
+  encoring sim --ssi 2=500,25,10ms                a reader on the SSI; what it read: input registers 2000+4k
 
 ";
 
@@ -104,6 +106,10 @@ pub(crate) struct Arguments {
     level: Option<Infallible>,
     #[command(flatten)]
     faults: Faults,
+    /// Hangs a reader on the SSI of the encoder at POSITION: a transfer of CLOCKS at KHZ, EVERY so often, as
+    /// 2=500,25,10ms; may be repeated.
+    #[arg(long = "ssi", value_name = "POSITION=KHZ,CLOCKS,EVERY")]
+    readers: Vec<PlacedReader>,
     /// How the Modbus server misbehaves, as gateways do; may be repeated. Kinds below
     #[arg(long = "gateway-fault", value_name = "FAULT")]
     gateway_faults: Vec<GatewayFault>,
@@ -165,6 +171,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         None => Scenario::built_in(),
     };
     let mut scenario = scenario.map_err(bad_input)?;
+    for reader in &arguments.readers {
+        scenario.hang_reader(*reader).map_err(|problem| bad_input(format!("--ssi {reader}: {problem}")))?;
+    }
     fault::add(&arguments.faults, &mut scenario)?;
     let mut runtime = tokio::runtime::Builder::new_current_thread();
     let runtime = runtime.enable_all().max_blocking_threads(THREADS_FOR_PEERS).build()?;

@@ -215,13 +215,14 @@ pub(crate) const VERBS: [Verb; 5] = [
         read: set,
         does: || {
             "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, preset1_v, \
-             preset2_v, chip_held, jumper, ident"
+             preset2_v, chip_held, jumper, ident, ssi, ssi_fault"
                 .to_owned()
         },
         examples: &[
             r#"{"verb":"set","position":0,"set":{"supply_v":24.0}}"#,
             r#"{"verb":"set","position":0,"set":{"motion":{"kind":"speed","per_s":1000}}}"#,
             r#"{"verb":"set","position":0,"set":{"eeprom":{"fault":"none"}}}"#,
+            r#"{"verb":"set","position":2,"set":{"ssi":{"khz":500,"clocks":25,"every_ms":10}}}"#,
         ],
     },
     Verb {

@@ -162,7 +162,7 @@ fn help_gives_lines_that_work() {
             examples += 1;
         }
     }
-    assert_eq!(examples, 13);
+    assert_eq!(examples, 14);
 }
 
 #[test]
@@ -186,7 +186,7 @@ fn an_id_is_echoed_as_it_was_written() {
 fn a_refusal_names_place_value_and_limit() {
     let ring = Ring::start();
     let keys = "expected one of `preset1_v`, `preset2_v`, `supply_v`, `magnet`, `raw`, `motion`, `eeprom`, \
-                `chip_held`, `jumper`, `ident`";
+                `chip_held`, `jumper`, `ident`, `ssi`, `ssi_fault`";
     for (line, error) in [
         ("", "not a JSON object; a line looks like {\"verb\":\"help\"}"),
         ("[1]", "not a JSON object; a line looks like {\"verb\":\"help\"}"),
@@ -240,7 +240,8 @@ fn a_refusal_names_place_value_and_limit() {
         (
             r#"{"verb":"line","segment":0,"fault":"worse"}"#,
             "column 43: kind \"worse\"; the kinds are bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N, \
-             supply, chip, jumper, ident=HHHH",
+             supply, chip, jumper, ident=HHHH, ssi_lost=N, ssi_added=N, ssi_flips=N, ssi_skew=N, ssi_delay=N, ssi_low, \
+             ssi_high",
         ),
         (
             r#"{"verb":"line","segment":0,"fault":"supply"}"#,

@@ -26,7 +26,8 @@ pub struct BusDevice {
     encoder: Option<Encoder>,
     /// Since when the supply has sufficed.
     supplied_since: Option<Instant>,
-    last_exchange: Instant,
+    /// Since it was switched on. The SSI may have switched it on before its first.
+    last_exchange: Option<Instant>,
     overvoltage: bool,
     service_bit: ServiceBit,
     /// Of the chip, when the encoder heard it last.
@@ -41,7 +42,7 @@ impl BusDevice {
             unit,
             encoder: None,
             supplied_since: None,
-            last_exchange: Instant::ZERO,
+            last_exchange: None,
             overvoltage: false,
             service_bit: ServiceBit::HandedOn,
             resets: 0,
@@ -56,6 +57,7 @@ impl BusDevice {
             self.supplied_since.get_or_insert(now);
         } else {
             self.supplied_since = None;
+            self.last_exchange = None;
             if let Some(encoder) = self.encoder.take() {
                 encoder.power_off(memory);
             }
@@ -65,6 +67,7 @@ impl BusDevice {
     /// The supply failed in the middle of a write: there was no time for the turn count.
     pub fn cut(&mut self) {
         self.supplied_since = None;
+        self.last_exchange = None;
         self.encoder = None;
     }
 
@@ -74,20 +77,18 @@ impl BusDevice {
     /// a power dip would look like a new request.
     #[must_use]
     pub const fn exchanges_after_cycle(&self, taken: Taken) -> bool {
-        self.encoder.is_some() || (taken.word.is_some() && self.supplied_since.is_some())
+        self.last_exchange.is_some() || (taken.word.is_some() && self.supplied_since.is_some())
     }
 
     /// When the next exchange is due if no cycle comes: every refresh time, up to and with `until`. A device that was
     /// just switched on has no last word, and waits for the ring until its chip resets.
     #[must_use]
     pub fn due_without_cycles(&self, until: Instant) -> Option<Instant> {
-        let next = self.last_exchange + self.unit.model().refresh();
-        let since = self.supplied_since.filter(|_| next <= until)?;
-        if self.encoder.is_some() {
-            Some(next)
-        } else {
+        let since = self.supplied_since?;
+        match self.last_exchange.map(|last| last + self.unit.model().refresh()) {
+            Some(next) => (next <= until).then_some(next),
             // The first is due now, not for all the time before.
-            (until.since(since) > RESET_AFTER).then_some(until)
+            None => (until.since(since) > RESET_AFTER).then_some(until),
         }
     }
 
@@ -103,11 +104,11 @@ impl BusDevice {
     /// middle of a service when the bus stopped would have it done twice; bits 30..0 pass [D43]. The first word after
     /// power-up passes whole: there the encoder does the same by itself [D1].
     pub fn hears(&mut self, taken: Taken) -> OutWord {
-        let was_reset = self.encoder.is_some() && taken.resets != self.resets;
+        let was_reset = self.last_exchange.is_some() && taken.resets != self.resets;
         self.resets = taken.resets;
         match taken.word {
             Some(out) if !out.service_bit() => self.service_bit = ServiceBit::HandedOn,
-            Some(_) if self.encoder.is_none() => self.service_bit = ServiceBit::HandedOn,
+            Some(_) if self.last_exchange.is_none() => self.service_bit = ServiceBit::HandedOn,
             Some(_) if !was_reset => {}
             _ => self.service_bit = ServiceBit::HeldBack,
         }
@@ -125,9 +126,10 @@ impl BusDevice {
         around: &Surroundings,
         memory: &mut impl Storage,
     ) -> Option<InWord> {
-        self.last_exchange = now;
         let encoder = self.switch(now, around, memory)?;
-        Some(encoder.exchange(now, out, &around.terminals, memory))
+        let input = encoder.exchange(now, out, &around.terminals, memory);
+        self.last_exchange = Some(now);
+        Some(input)
     }
 
     /// An edge of the SSI clock; Low while the supply is too low [R103..R120].

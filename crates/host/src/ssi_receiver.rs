@@ -30,6 +30,8 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
+use core::fmt;
+
 use encoring_words::ssi_frame::{Level, MONO_PERIOD, REPETITION_PULSES, SsiCheck, SsiFormat};
 use encoring_words::{Duration, Instant};
 
@@ -67,6 +69,12 @@ pub struct SsiTransfer {
 }
 
 impl SsiTransfer {
+    /// The bits that were received of the field, as text: `0` and `1`, in the order in which they came.
+    #[must_use]
+    pub const fn bits(&self) -> FieldBits {
+        FieldBits { field: self.field, count: self.received }
+    }
+
     /// What the field says, whatever is wrong with the transfer; `None` if not all of its bits were received.
     #[must_use]
     pub const fn reading(&self) -> Option<u32> {
@@ -77,6 +85,19 @@ impl SsiTransfer {
     #[must_use]
     pub const fn position(&self) -> Option<u32> {
         if self.fault.is_none() { self.reading() } else { None }
+    }
+}
+
+/// FieldBits that came, displayed as `0` and `1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FieldBits {
+    field: u32,
+    count: u8,
+}
+
+impl fmt::Display for FieldBits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        (0..self.count).rev().try_for_each(|bit| write!(f, "{}", self.field >> bit & 1))
     }
 }
 
@@ -141,7 +162,7 @@ struct Running {
 struct Taken {
     /// Before the first bit: High, unless something is wrong.
     rest: Option<Level>,
-    /// Bits after it, of the field and after the field.
+    /// FieldBits after it, of the field and after the field.
     bits: u32,
     field: u32,
     /// A bit was Low.

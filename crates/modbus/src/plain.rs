@@ -2,6 +2,7 @@
 //! nothing of the code under test but the types of its input and output.
 
 use encoring_ring::ProcessImage;
+use encoring_ring::image::SsiShown;
 use encoring_words::{InWord, OutWord};
 
 use crate::place::WordOrder;
@@ -54,6 +55,7 @@ pub(crate) struct Plain {
 const STATUS: u16 = 0xB0E0;
 const PARAMETER: u16 = 0xB380;
 const FAULTS: u16 = 0xC000;
+const SSI: u16 = 0xD000;
 
 fn number(pdu: &[u8], at: usize) -> u16 {
     u16::from(pdu[at]) * 256 + u16::from(pdu[at + 1])
@@ -67,6 +69,10 @@ pub(crate) fn image(encoders: usize) -> ProcessImage {
     let words = (0..).map(|k: u32| (0x8000 + 2 * k) << 16 | (0x8001 + 2 * k));
     image.input_mut().iter_mut().zip(words).for_each(|(word, value)| *word = InWord(value));
     image.diagnose(STATUS, PARAMETER, u32::from(FAULTS)..);
+    for (position, at) in (0..encoders).zip((SSI..).step_by(4)) {
+        let field = u32::from(at) << 16 | u32::from(at + 1);
+        image.show_ssi(position, SsiShown { field, verdict: at + 2, count: at + 3 });
+    }
     image
 }
 
@@ -93,6 +99,11 @@ impl Plain {
                         tables[HOLDING][register] = Some(Cell::Out(k, bit));
                         tables[HOLDING][1000 + register] = Some(Cell::In(k, bit));
                         tables[INPUT][register] = Some(Cell::In(k, bit));
+                    }
+                    let [high, low] = if first == 16 { [0, 1] } else { [1, 0] };
+                    for (register, shown) in [high, low, 2, 3].into_iter().enumerate() {
+                        let shown = SSI + 4 * k as u16 + shown;
+                        tables[INPUT][2000 + 4 * k + register] = Some(Cell::Always(shown));
                     }
                 }
             }

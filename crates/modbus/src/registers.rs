@@ -13,6 +13,8 @@ const DIAGNOSIS_HEAD: usize = 2;
 
 /// The registers of all words of the longest ring, of one direction.
 const WORDS_MAX: usize = ENCODERS_MAX * REGISTERS_PER_ENCODER;
+/// Registers of what the reader on an SSI shows.
+const SSI_REGISTERS: usize = 4;
 /// Those of its diagnosis.
 const DIAGNOSIS_MAX: usize = DIAGNOSIS_HEAD + ENCODERS_MAX + 1;
 /// Those of its diagnosis that stay clear of the mirror.
@@ -29,6 +31,8 @@ pub enum Content {
     Diagnosis,
     /// How many encoders there are, then the identification of each. They can only be read.
     Directory,
+    /// What the reader on the SSI of each encoder read last: field, verdict and count. They can only be read.
+    Ssi,
     /// The IN words, then the OUT words. Of these only the OUT words can be written.
     Process,
 }
@@ -50,8 +54,8 @@ pub struct Block {
 ///
 /// The mirror is for clients and functions that know holding registers only: with it, function 23 writes OUT and
 /// reads IN in one request.
-pub const MAP: [Block; 5] = {
-    use Content::{Diagnosis, In, Out};
+pub const MAP: [Block; 6] = {
+    use Content::{Diagnosis, In, Out, Ssi};
     use Table::{Holding, Input};
     [
         Block { table: Holding, first: 0, content: Out, room: WORDS_MAX },
@@ -59,6 +63,7 @@ pub const MAP: [Block; 5] = {
         Block { table: Holding, first: 1000, content: In, room: WORDS_MAX },
         Block { table: Input, first: 0, content: In, room: WORDS_MAX },
         Block { table: Input, first: DIAGNOSIS, content: Diagnosis, room: DIAGNOSIS_MAX },
+        Block { table: Input, first: 2000, content: Ssi, room: ENCODERS_MAX * SSI_REGISTERS },
     ]
 };
 
@@ -147,6 +152,7 @@ impl Block {
             Content::Out | Content::In => encoders * REGISTERS_PER_ENCODER,
             Content::Diagnosis => DIAGNOSIS_HEAD + encoders + 1,
             Content::Directory => 1 + encoders,
+            Content::Ssi => encoders * SSI_REGISTERS,
             Content::Process => 2 * encoders * REGISTERS_PER_ENCODER,
         };
         wanted.min(self.room)
@@ -173,6 +179,9 @@ enum Cell {
     Faults(usize),
     Encoders,
     Identification,
+    SsiField(usize, Half),
+    SsiVerdict(usize),
+    SsiCount(usize),
 }
 
 impl Registers {
@@ -200,7 +209,7 @@ impl Registers {
         match self.content {
             Content::Out => true,
             Content::Process => self.offset >= self.encoders * REGISTERS_PER_ENCODER,
-            Content::In | Content::Diagnosis | Content::Directory => false,
+            Content::In | Content::Diagnosis | Content::Directory | Content::Ssi => false,
         }
     }
 
@@ -220,6 +229,11 @@ impl Registers {
             },
             Content::Directory if register == 0 => Cell::Encoders,
             Content::Directory => Cell::Identification,
+            Content::Ssi => match (register / SSI_REGISTERS, register % SSI_REGISTERS) {
+                (at, half @ (0 | 1)) => Cell::SsiField(at, order.half(half)),
+                (at, 2) => Cell::SsiVerdict(at),
+                (at, _) => Cell::SsiCount(at),
+            },
         })
     }
 
@@ -234,6 +248,12 @@ impl Registers {
             // There are at most 128.
             Cell::Encoders => u16::try_from(image.encoders()).ok(),
             Cell::Identification => Some(ENCODER.0),
+            Cell::SsiField(position, Half::High) => {
+                image.ssi().get(position).map(|it| (it.field >> 16) as u16)
+            }
+            Cell::SsiField(position, Half::Low) => image.ssi().get(position).map(|it| it.field as u16),
+            Cell::SsiVerdict(position) => image.ssi().get(position).map(|it| it.verdict),
+            Cell::SsiCount(position) => image.ssi().get(position).map(|it| it.count),
         })
     }
 
@@ -250,6 +270,7 @@ impl Registers {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use encoring_ring::image::SsiShown;
     use encoring_words::{InWord, OutWord};
 
     fn image() -> ProcessImage {
@@ -257,6 +278,7 @@ mod tests {
         image.out_mut().copy_from_slice(&[OutWord(0xC200_270F), OutWord(0x0102_0304)]);
         image.input_mut().copy_from_slice(&[InWord(0x0000_1234), InWord(0xC800_5678)]);
         image.diagnose(0x10E0, 0x0380, [1, 2, 70_000]);
+        image.show_ssi(1, SsiShown { field: 0x0102_4E1F, verdict: 7, count: 9 });
         image
     }
 
@@ -307,6 +329,14 @@ mod tests {
                         ),
                     ]
                 }
+                Content::Ssi => vec![
+                    (
+                        format!("{first}+4k, {first}+4k+1"),
+                        "field that the SSI reader of position k read last".to_owned(),
+                    ),
+                    (format!("{}+4k", first + 2), "its verdict".to_owned()),
+                    (format!("{}+4k", first + 3), "how many transfers it has read".to_owned()),
+                ],
                 Content::Directory => vec![
                     (first.to_string(), "how many encoders there are".to_owned()),
                     (format!("{}+k", first + 1), format!("identification of position k: {:04X}h", ENCODER.0)),
@@ -405,6 +435,16 @@ mod tests {
                 assert!(!Registers::find(layout, table, 900, 1, 2).unwrap().writable());
             }
         }
+    }
+
+    #[test]
+    fn what_an_ssi_reader_read_last_is_its_field_a_verdict_and_a_count() {
+        let order = WordOrder::default();
+        assert_eq!(read(Table::Input, 2000, 8, order).unwrap(), [0, 0, 0, 0, 0x0102, 0x4E1F, 7, 9]);
+        assert_eq!(read(Table::Input, 2004, 4, WordOrder::LowFirst).unwrap(), [0x4E1F, 0x0102, 7, 9]);
+        assert_eq!(read(Table::Input, 2005, 4, order), None);
+        assert_eq!(read(Table::Holding, 2000, 4, order), None);
+        assert!(!find(Table::Input, 2004, 4, 2).unwrap().writable());
     }
 
     #[test]

@@ -22,6 +22,17 @@ pub enum Half {
     Low,
 }
 
+/// What a reader on the SSI of an encoder shows beside the bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SsiShown {
+    /// The bits of the field as they came, the last one lowest.
+    pub field: u32,
+    /// 0 where nothing was read yet, 1 for a good transfer; others say what is wrong with it.
+    pub verdict: u16,
+    /// Transfers, beginning again at 0 after 65535.
+    pub count: u16,
+}
+
 /// The words of every encoder of a ring, by ring position, and what the master says of the ring.
 ///
 /// The ring moves an encoder's 32 bits in one piece; a controller that writes the halves in two steps may have a
@@ -34,6 +45,7 @@ pub struct ProcessImage {
     status: u16,
     parameter: u16,
     faults: [u16; ENCODERS_MAX + 1],
+    ssi: [SsiShown; ENCODERS_MAX],
 }
 
 impl ProcessImage {
@@ -52,6 +64,7 @@ impl ProcessImage {
             status: 0,
             parameter: 0,
             faults: [0; ENCODERS_MAX + 1],
+            ssi: [SsiShown { field: 0, verdict: 0, count: 0 }; ENCODERS_MAX],
         })
     }
 
@@ -113,6 +126,19 @@ impl ProcessImage {
         let shown = self.faults.get_mut(..=self.encoders).unwrap_or_default();
         for (shown, counted) in shown.iter_mut().zip(faults) {
             *shown = u16::try_from(counted).unwrap_or(u16::MAX);
+        }
+    }
+
+    /// What the readers on the SSIs show, by position.
+    #[must_use]
+    pub fn ssi(&self) -> &[SsiShown] {
+        self.ssi.get(..self.encoders).unwrap_or_default()
+    }
+
+    /// Replaces what the reader on the SSI at a position shows. Past the last encoder nothing happens.
+    pub fn show_ssi(&mut self, position: usize, shown: SsiShown) {
+        if let Some(place) = self.ssi.get_mut(..self.encoders).and_then(|ssi| ssi.get_mut(position)) {
+            *place = shown;
         }
     }
 

@@ -1,4 +1,4 @@
-//! The faults of a ring: what each is called, and what it does to the bits of a segment.
+//! The faults of a ring and of an SSI: what each is called, and what it does to the bits of a segment.
 //!
 //! A kind is known here and nowhere else: a scenario, the control port and the command line read it with [`Fault`]'s
 //! text form, `KIND[=VALUE]`. An injector works on what a segment carries and knows no telegram. The same seed and the
@@ -17,6 +17,12 @@ use serde::{Deserialize, Deserializer};
 
 use crate::gaps::Gaps;
 pub use crate::gaps::PER_MILLION;
+pub use ssi::SsiTrouble;
+
+mod ssi;
+
+/// The longest time that the data of an SSI can be late by, in nanoseconds.
+pub const LATE_NS_MAX: u32 = 1_000_000;
 
 /// What a ring can suffer, on a segment or at a device. Chances are per million line bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,10 +51,12 @@ pub enum Fault {
     Jumper,
     /// It shows another identification word.
     Ident(Ident),
+    /// Something happens between its SSI and the reader.
+    Ssi(SsiTrouble),
 }
 
 /// Every kind, in the order in which the pages list them. The values are to be replaced.
-const KINDS: [Fault; 12] = [
+const KINDS: [Fault; 19] = [
     Fault::Bad,
     Fault::Silent,
     Fault::Low,
@@ -61,6 +69,13 @@ const KINDS: [Fault; 12] = [
     Fault::Chip,
     Fault::Jumper,
     Fault::Ident(Ident(0)),
+    Fault::Ssi(SsiTrouble::Lost(0)),
+    Fault::Ssi(SsiTrouble::Added(0)),
+    Fault::Ssi(SsiTrouble::Flips(0)),
+    Fault::Ssi(SsiTrouble::Skew(0)),
+    Fault::Ssi(SsiTrouble::Delay(0)),
+    Fault::Ssi(SsiTrouble::Low),
+    Fault::Ssi(SsiTrouble::High),
 ];
 
 /// How long a burst is.
@@ -73,6 +88,8 @@ const LOST_BITS: u32 = 13;
 enum Value<'a> {
     Nothing,
     Chance(&'a mut u32),
+    /// In nanoseconds.
+    Late(&'a mut u32),
     Ident(&'a mut Ident),
 }
 
@@ -92,6 +109,7 @@ impl Fault {
             Self::Chip => ("chip", "the protocol chip is held in reset"),
             Self::Jumper => ("jumper", "the jumper for the next device is missing"),
             Self::Ident(_) => ("ident", "another identification word"),
+            Self::Ssi(trouble) => trouble.words(),
         }
     }
 
@@ -105,6 +123,11 @@ impl Fault {
                 Value::Chance(chance)
             }
             Self::Ident(ident) => Value::Ident(ident),
+            Self::Ssi(SsiTrouble::Lost(chance) | SsiTrouble::Added(chance) | SsiTrouble::Flips(chance)) => {
+                Value::Chance(chance)
+            }
+            Self::Ssi(SsiTrouble::Skew(ns) | SsiTrouble::Delay(ns)) => Value::Late(ns),
+            Self::Ssi(SsiTrouble::Low | SsiTrouble::High) => Value::Nothing,
             Self::Bad | Self::Silent | Self::Low | Self::High | Self::Supply | Self::Chip | Self::Jumper => {
                 Value::Nothing
             }
@@ -114,7 +137,16 @@ impl Fault {
     /// `true` for what a segment suffers; the others are of a device.
     #[must_use]
     pub const fn is_of_line(self) -> bool {
-        !matches!(self, Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_))
+        !matches!(self, Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_) | Self::Ssi(_))
+    }
+
+    /// What an SSI suffers; `None` if it is one of the ring.
+    #[must_use]
+    pub const fn on_ssi(self) -> Option<SsiTrouble> {
+        match self {
+            Self::Ssi(trouble) => Some(trouble),
+            _ => None,
+        }
     }
 
     /// The same, if a segment can suffer it.
@@ -131,7 +163,7 @@ impl Fault {
         KINDS.into_iter().map(|mut fault| {
             let value = match fault.value() {
                 Value::Nothing => "",
-                Value::Chance(_) => "=N",
+                Value::Chance(_) | Value::Late(_) => "=N",
                 Value::Ident(_) => "=HHHH",
             };
             let (name, meaning) = fault.words();
@@ -164,7 +196,7 @@ impl fmt::Display for Fault {
         f.write_str(self.name())?;
         match { *self }.value() {
             Value::Nothing => Ok(()),
-            Value::Chance(chance) => write!(f, "={chance}"),
+            Value::Chance(number) | Value::Late(number) => write!(f, "={number}"),
             Value::Ident(ident) => write!(f, "={:04X}", ident.0),
         }
     }
@@ -190,6 +222,12 @@ impl FromStr for Fault {
                 *chance = value.and_then(digits).filter(|chance| (1..=PER_MILLION).contains(chance)).ok_or_else(
                     || format!("{given} for {name}; write {name}=N with N from 1 to {PER_MILLION}, bits of a million"),
                 )?;
+            }
+            (Value::Late(ns), value) => {
+                let wrong = || {
+                    format!("{name} takes a time: write {name}=N with N from 1 to {LATE_NS_MAX} nanoseconds")
+                };
+                *ns = value.and_then(digits).filter(|ns| (1..=LATE_NS_MAX).contains(ns)).ok_or_else(wrong)?;
             }
             (Value::Ident(ident), value) => {
                 let word =
@@ -227,16 +265,21 @@ impl<'de> Deserialize<'de> for Fault {
 
             fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Fault, A::Error> {
                 let kind: Option<(String, u32)> = map.next_entry()?;
-                let (name, per_million) = kind.ok_or_else(|| de::Error::invalid_length(0, &self))?;
+                let (name, number) = kind.ok_or_else(|| de::Error::invalid_length(0, &self))?;
                 let mut fault = Fault::named(&name).map_err(de::Error::custom)?;
-                let Value::Chance(chance) = fault.value() else {
-                    return Err(de::Error::custom(format_args!("{name} takes no number; write \"{name}\"")));
+                let (place, what, limit) = match fault.value() {
+                    Value::Chance(chance) => (chance, "bits in a million", PER_MILLION),
+                    Value::Late(ns) => (ns, "nanoseconds", LATE_NS_MAX),
+                    Value::Nothing | Value::Ident(_) => {
+                        let told = format_args!("{name} takes no number; write \"{name}\"");
+                        return Err(de::Error::custom(told));
+                    }
                 };
-                *chance = per_million;
-                if per_million > PER_MILLION {
-                    let limits =
-                        format_args!("bits in a million {per_million}; the limits are 0 and {PER_MILLION}");
-                    return Err(de::Error::custom(limits));
+                *place = number;
+                if number > limit {
+                    return Err(de::Error::custom(format_args!(
+                        "{what} {number}; the limits are 0 and {limit}"
+                    )));
                 }
                 match map.next_key::<String>()? {
                     None => Ok(fault),
@@ -269,7 +312,9 @@ impl Fault {
             Self::Bursts(per_million) => Hits::Random { per_million, bits: BURST_BITS },
             Self::Lost(per_million) => Hits::Random { per_million, bits: LOST_BITS },
             // What hits each frame is told from outside, and the rest leaves lines alone.
-            Self::Bad | Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_) => Hits::None,
+            Self::Bad | Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_) | Self::Ssi(_) => {
+                Hits::None
+            }
         }
     }
 
@@ -281,7 +326,7 @@ impl Fault {
             Self::High | Self::Silent | Self::Lost(_) => u64::MAX,
             Self::Jitter(_) => late,
             Self::Bursts(_) => line ^ pattern,
-            Self::Bad | Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_) => line,
+            Self::Bad | Self::Supply | Self::Chip | Self::Jumper | Self::Ident(_) | Self::Ssi(_) => line,
         }
     }
 }

@@ -13,6 +13,7 @@ pub mod replay;
 pub mod scan;
 pub mod scenario;
 pub mod span;
+pub mod ssi;
 pub mod state;
 mod tap;
 pub mod waveform;

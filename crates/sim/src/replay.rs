@@ -4,7 +4,8 @@ use std::fmt;
 
 use encoring_device::Surroundings;
 use encoring_encoder::{Magnet, Terminals};
-use encoring_trace::{Input, Row};
+use encoring_trace::{Input, Row, RowKind};
+use encoring_words::ssi_frame::Level;
 use encoring_words::{Instant, OutWord};
 
 use crate::node::Node;
@@ -29,20 +30,30 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Plays one row and gives what the device answered. A row that does not say the OUT word plays 0.
-pub fn play(node: &mut Node, row: &Row) -> Input {
+/// Plays one row and gives what the device answered; an edge of the SSI clock has no answer on the bus. A row that does
+/// not say the OUT word plays 0.
+pub fn play(node: &mut Node, row: &Row) -> Option<Input> {
     let magnet = if row.magnet { Magnet::Present } else { Magnet::Missing };
     let terminals = Terminals { raw: row.raw, magnet, preset_mv: row.preset_mv };
     let around = Surroundings { terminals, supply_mv: row.supply_mv };
-    match node.step(Instant(row.time_ns), OutWord(row.out.unwrap_or(0)), &around) {
-        Some(input) => Input::Word(input.0),
-        None => Input::Off,
+    let now = Instant(row.time_ns);
+    match row.kind {
+        RowKind::Exchange => {
+            let input = node.step(now, OutWord(row.out.unwrap_or(0)), &around);
+            Some(input.map_or(Input::Off, |input| Input::Word(input.0)))
+        }
+        RowKind::SsiEdge => {
+            // The clock is High at rest, so no transfer begins; the encoder has learnt the time.
+            node.ssi_clock(now, Level::High, &around);
+            None
+        }
     }
 }
 
-/// Compares a row's IN word with the answer; a row without one is no difference.
+/// Compares a row's IN word with the answer; where one of them is missing there is no difference.
 #[must_use]
-pub fn compare(row: &Row, got: Input) -> Option<Difference> {
+pub fn compare(row: &Row, got: Option<Input>) -> Option<Difference> {
+    let got = got?;
     let expected = row.input.filter(|expected| *expected != got)?;
     Some(Difference { line: row.line, out: row.out.unwrap_or(0), expected, got })
 }

@@ -10,18 +10,22 @@ use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{line_at, read_text};
 use encoring_ring::slave::Jumper;
 use encoring_ring::{CycleTime, Ident};
-use encoring_words::{Duration, Instant};
+use encoring_words::model::{MODELS, Series};
+use encoring_words::{Duration, Instant, Model};
 
-use crate::fault::Fault;
+use crate::fault::{Fault, SsiTrouble};
 use crate::memory::CellFault;
 use crate::motion::Motion;
+use crate::ssi::{PlacedReader, SsiSettings};
 use tables::{FileTable, GatewayFaultTable, devices};
 
 mod occurrence;
+mod reader;
 mod recorded;
 mod tables;
 
 pub use occurrence::Occurrence;
+pub use reader::SsiTable;
 pub use recorded::MotionFiles;
 pub use tables::{EepromTable, MotionTable, MoveTable, SetTable};
 
@@ -82,6 +86,8 @@ pub struct Device {
     pub unit: Unit,
     /// How it moves from the start.
     pub motion: Motion,
+    /// The reader on its SSI, if one hangs there from the start.
+    pub ssi: Option<SsiSettings>,
 }
 
 /// Something that happens at a time.
@@ -142,6 +148,10 @@ pub enum Change {
     Jumper(Jumper),
     /// The chip shows another identification word.
     Ident(Ident),
+    /// Another reader hangs on its SSI, or none.
+    Ssi(Option<SsiSettings>),
+    /// The line of its SSI is troubled, or sound again.
+    SsiTrouble(Option<SsiTrouble>),
 }
 
 /// The reset input of a protocol chip.
@@ -206,6 +216,38 @@ impl Scenario {
         let read = toml_text::parse(text)
             .and_then(|table| Self::of(&table, text, beside).map_err(|wrong| wrong.in_text(text)));
         read.map_err(|Misfit { line, problem }| ScenarioError { file: file.to_owned(), line, problem })
+    }
+
+    /// Hangs a reader on the SSI of an encoder, in place of one that the file has there.
+    ///
+    /// # Errors
+    /// What is wrong with the place, and which are right; then nothing is changed.
+    pub fn hang_reader(&mut self, reader: PlacedReader) -> Result<(), String> {
+        self.has_ssi(reader.position)?;
+        if let Some(device) = self.devices.get_mut(reader.position) {
+            device.ssi = Some(reader.settings);
+        }
+        Ok(())
+    }
+
+    /// Refuses a position without an encoder that has an SSI.
+    fn has_ssi(&self, position: usize) -> Result<(), String> {
+        let with = |device: &Device| device.unit.model().has_ssi_output();
+        match self.devices.get(position) {
+            Some(device) if with(device) => return Ok(()),
+            _ => {}
+        }
+        let found = match self.devices.get(position) {
+            Some(device) => format!("position {position} is a {}, which has no SSI", device.unit.model()),
+            None => format!("position {position} is not on the ring"),
+        };
+        let places: Vec<usize> =
+            self.devices.iter().enumerate().filter(|(_, device)| with(device)).map(|(at, _)| at).collect();
+        let models: Vec<Model> = MODELS.into_iter().filter(|model| model.has_ssi_output()).collect();
+        Err(match places[..] {
+            [] => format!("{found}; put a {} into the scenario", Series(&models, "or")),
+            _ => format!("{found}; there is one at position {}", Series(&places, "or")),
+        })
     }
 
     fn of(table: &FileTable, text: &str, beside: &Path) -> Result<Self, Wrong> {

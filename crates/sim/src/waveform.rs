@@ -82,6 +82,8 @@ struct EncoderSignals {
     in_service: Id,
     /// With the lines they come from the chip, at the bit at which they change.
     chip: Option<ChipSignals>,
+    /// Clock+ and Data+, where it has an SSI.
+    ssi: Option<[Id; 2]>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -118,6 +120,12 @@ fn lamps<T>(world: &World, position: usize, mut each: impl FnMut(&'static str, V
         each("lamp_rc", lit.is_some_and(|lamps| lamps.rc).into()),
         each("lamp_rd", lit.is_some_and(|lamps| lamps.rd).into()),
     ]
+}
+
+/// Clock and data of its SSI, as a reader drives and sees them.
+fn add_ssi(signals: &mut Signals, world: &World, position: usize) -> Option<[Id; 2]> {
+    let has_ssi = world.places().get(position)?.node().unit().model().has_ssi_output();
+    has_ssi.then(|| ["ssi_clock", "ssi_data"].map(|name| signals.add(name, 1, Value::Bits(1))))
 }
 
 fn add_master(signals: &mut Signals, master: &Master) -> MasterSignals {
@@ -180,12 +188,14 @@ impl<W: Sink> Waveform<W> {
                 input: signals.add("in", 32, input),
                 in_service: signals.add("in_service", 1, in_service),
                 chip,
+                ssi: add_ssi(&mut signals, world, position),
             });
         }
         let writer = WaveWriter::new(format, sink, writer, &signals)?;
         if let Some(tap) = tap {
             world.set_tap(tap);
         }
+        world.keep_ssi();
         Ok(Self { writer, verdict, segment, master, shown, encoders, waiting: Vec::new(), ended: 0 })
     }
 
@@ -220,9 +230,26 @@ impl<W: Sink> Waveform<W> {
         if let Some(tap) = world.tap_mut() {
             self.waiting.append(tap.changes_mut());
         }
+        self.take_ssi(world);
         self.ended = at;
-        // What comes later is behind a device that delays it, and other changes may come before it.
-        self.write_until(at)
+        // What comes later is behind a device that delays it, or of the line, which may be ahead of the SSI; other changes
+        // may come before it.
+        self.write_until(at.min(cycled.at.as_nanos() / UNIT_NS))
+    }
+
+    fn take_ssi(&mut self, world: &mut World) {
+        for (position, encoder) in self.encoders.iter().enumerate() {
+            let Some([clock, data]) = encoder.ssi else { continue };
+            for seen in world.take_ssi(position) {
+                let at = seen.at.as_nanos() / UNIT_NS;
+                let levels = [(clock, seen.clock), (data, seen.data)];
+                self.waiting.extend(levels.map(|(id, level)| Change {
+                    at,
+                    id,
+                    value: Value::Bits(level.bit()),
+                }));
+            }
+        }
     }
 
     fn write_until(&mut self, end: u64) -> io::Result<()> {

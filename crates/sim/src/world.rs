@@ -1,12 +1,13 @@
 //! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
 
 use encoring_device::{OFF_BELOW_MV, Surroundings};
-use encoring_encoder::Terminals;
+use encoring_encoder::{Encoder, Terminals};
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::slave::{Condition, Lamps};
 use encoring_ring::{BitRing, ENCODERS_MAX, ProcessImage, Slave, Taken, TooManyEncoders, Verdict};
-use encoring_trace::{Input, Row};
-use encoring_words::{Duration, InWord, Instant, OutWord};
+use encoring_trace::{Input, Row, RowKind};
+use encoring_words::ssi_frame::{Level, SsiFormat};
+use encoring_words::{Duration, InWord, Instant, OutWord, ParameterSet};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -15,6 +16,7 @@ use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::Node;
 use crate::scenario::{Change, Chip, Event, Happening, NewMotion, Scenario};
+use crate::ssi::{Clocked, Seen, SsiLine, SsiReader};
 use crate::tap::Tap;
 use crate::wire::{Trouble, Wire};
 
@@ -47,6 +49,12 @@ pub struct Place {
     /// The supply fails in the present cycle, or did since the last one, even if it is back.
     dipped: bool,
     chip: Chip,
+    /// The moment of the sample that was told last, and where the shaft was: a motion that is changed afterwards does
+    /// not change it.
+    looked: Option<(Instant, i64)>,
+    ssi: SsiLine,
+    /// That the SSI switched the encoder on, until it is recorded: a replay has to do so, too.
+    switched_on: Option<Row>,
 }
 
 /// Where the ring is with an event.
@@ -79,8 +87,13 @@ impl World {
         if encoders > ENCODERS_MAX {
             return Err(TooManyEncoders { encoders });
         }
-        let places =
-            scenario.devices.iter().map(|device| Place::new(Node::new(device.unit), device.motion.clone()));
+        let places = (0..).zip(&scenario.devices).map(|(position, device)| {
+            let mut place = Place::new(Node::new(device.unit), device.motion.clone());
+            // Each has a stream of its own.
+            place.ssi = SsiLine::new(scenario.seed.rotate_left(32) ^ position);
+            place.ssi.hang(Instant::ZERO, device.ssi);
+            place
+        });
         let wire = Wire::new(encoders, &scenario.cycle_time, scenario.seed);
         Ok(Self {
             now: Instant::ZERO,
@@ -114,6 +127,7 @@ impl World {
     pub fn end_recording(&mut self) {
         self.recorded = None;
         self.wire.end_tap();
+        self.places.iter_mut().for_each(|place| place.ssi.keep_seen(None));
     }
 
     /// Hands out the exchanges since the last call, in order of time, and forgets them.
@@ -154,6 +168,19 @@ impl World {
     pub fn diagnose(&self, image: &mut ProcessImage) {
         let master = self.ring().master();
         image.diagnose(master.status(), master.parameter(), master.counts().segments());
+        for (position, place) in self.places.iter().enumerate() {
+            image.show_ssi(position, place.ssi().map(SsiReader::shown).unwrap_or_default());
+        }
+    }
+
+    /// Keeps every change of every SSI from now on, to be taken with [`World::take_ssi`].
+    pub(crate) fn keep_ssi(&mut self) {
+        self.places.iter_mut().for_each(|place| place.ssi.keep_seen(Some(Vec::new())));
+    }
+
+    /// Hands out the changes of the SSI at a position since the last call.
+    pub(crate) fn take_ssi(&mut self, position: usize) -> impl Iterator<Item = Seen> {
+        self.places.get_mut(position).into_iter().flat_map(|place| place.ssi.take_seen())
     }
 
     /// The lamps of the encoder at a position; `None` past the last one. The manual of the CE-65-M shows them [R139].
@@ -235,6 +262,9 @@ impl World {
                 self.exchange_without_cycles(position, ends);
             }
         }
+        for position in 0..self.places.len() {
+            self.run_ssi(position, ends);
+        }
         for place in &mut self.places {
             place.dipped = false;
         }
@@ -261,6 +291,7 @@ impl World {
     }
 
     fn apply(&mut self, at: Instant, position: usize, change: &Change) {
+        self.run_ssi(position, at);
         let Some(place) = self.places.get_mut(position) else { return };
         match change {
             Change::Preset { input, millivolts } => {
@@ -292,6 +323,8 @@ impl World {
             Change::Jumper(jumper) => self.wire.set_jumper(position, *jumper),
             Change::Ident(ident) => self.wire.set_ident(position, *ident),
             Change::PowerCut(bytes) => place.node.memory_mut().cut_after(*bytes),
+            Change::Ssi(settings) => place.ssi.hang(at, *settings),
+            Change::SsiTrouble(trouble) => place.ssi.set_trouble(*trouble),
             Change::Supply(millivolts) => {
                 let was_on = place.node.encoder().is_some();
                 place.around.supply_mv = *millivolts;
@@ -380,6 +413,7 @@ impl World {
     }
 
     fn exchange(&mut self, position: usize, at: Instant, taken: Taken) {
+        self.run_ssi(position, at);
         let Some(place) = self.places.get_mut(position) else { return };
         let (out, input) = place.exchange(at, taken);
         if input.is_none() {
@@ -388,6 +422,15 @@ impl World {
             *answer = input;
         }
         self.keep(position, at, out, input);
+    }
+
+    /// Clocks the SSI at a position up to and with `until`.
+    fn run_ssi(&mut self, position: usize, until: Instant) {
+        let Some(place) = self.places.get_mut(position).filter(|place| !place.ssi.is_idle()) else { return };
+        place.run_ssi(until);
+        let switched_on = place.switched_on.take();
+        let Some((row, rows)) = switched_on.zip(self.recorded.as_mut()) else { return };
+        rows.push(Row { position: Some(position as u8), ..row });
     }
 
     fn keep(&mut self, position: usize, at: Instant, out: OutWord, input: Option<InWord>) {
@@ -421,13 +464,16 @@ impl Place {
             around,
             dipped: false,
             chip: Chip::Running,
+            looked: None,
+            ssi: SsiLine::new(0),
+            switched_on: None,
         }
     }
 
     /// An exchange of its encoder: the word that it hears, and its answer. `None` without supply.
     fn exchange(&mut self, at: Instant, taken: Taken) -> (OutWord, Option<InWord>) {
         let out = self.node.hears(taken);
-        self.around.terminals.raw = self.raw(self.node.device().looks_at(at));
+        self.look(at);
         let input = self.node.step(at, out, &self.around);
         if input.is_none() {
             // The memory's power cut took the supply with it.
@@ -435,6 +481,29 @@ impl Place {
             self.node.supply(at, 0);
         }
         (out, input)
+    }
+
+    /// Says where the shaft is of which an encoder learns at `at`.
+    fn look(&mut self, at: Instant) {
+        let moment = self.node.device().looks_at(at);
+        let raw = match self.looked {
+            Some((looked, raw)) if looked == moment => raw,
+            _ => self.raw(moment),
+        };
+        self.looked = Some((moment, raw));
+        self.around.terminals.raw = raw;
+    }
+
+    fn run_ssi(&mut self, until: Instant) {
+        let mut ssi = std::mem::replace(&mut self.ssi, SsiLine::new(0));
+        ssi.run(until, self);
+        self.ssi = ssi;
+    }
+
+    /// The reader on its SSI.
+    #[must_use]
+    pub fn ssi(&self) -> Option<&SsiReader> {
+        self.ssi.reader()
     }
 
     /// Whether its chip works in the present cycle.
@@ -476,5 +545,29 @@ impl Place {
     #[must_use]
     pub const fn is_supplied(&self) -> bool {
         self.around.is_supplied()
+    }
+}
+
+impl Clocked for Place {
+    fn ssi_clock(&mut self, at: Instant, clock: Level) {
+        self.look(at);
+        let was_off = self.node.encoder().is_none();
+        self.node.ssi_clock(at, clock, &self.around);
+        if was_off && self.node.encoder().is_some() {
+            let Surroundings { terminals: Terminals { raw, .. }, supply_mv } = self.around;
+            let (kind, time_ns) = (RowKind::SsiEdge, at.as_nanos());
+            self.switched_on = Some(Row { kind, time_ns, raw, supply_mv, ..Row::default() });
+        }
+    }
+
+    fn ssi_level(&self, at: Instant) -> (Level, Option<Instant>) {
+        self.node.encoder().map_or((Level::Low, None), |encoder| encoder.ssi_level(at))
+    }
+
+    fn ssi_format(&self) -> SsiFormat {
+        let unit = self.node.unit();
+        let factory = || ParameterSet::factory(unit.model(), unit.sensor()).ssi_values();
+        let new = || SsiFormat::new(factory(), unit.firmware);
+        self.node.encoder().map_or_else(new, Encoder::ssi_format)
     }
 }

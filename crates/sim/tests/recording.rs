@@ -7,12 +7,14 @@ use std::collections::BTreeMap;
 
 use common::SERVICE_BIT;
 use encoring_encoder::{Magnet, ServiceTimes, StaleService, Unit, ZeroLoss};
+use encoring_host::ssi_receiver::TakenAt;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::{CycleTime, Verdict};
 use encoring_sim::device_line::{from_device, to_device};
 use encoring_sim::motion::Motion;
 use encoring_sim::replay::{compare, play};
 use encoring_sim::scenario::{Change, Device, Event, Happening, NewMotion};
+use encoring_sim::ssi::SsiSettings;
 use encoring_sim::{Fault, Node, Scenario, World};
 use encoring_trace::{Input, Reader, Writer};
 use encoring_words::model::Sensor;
@@ -88,13 +90,21 @@ fn any_request(chance: &mut impl Rng) -> u32 {
     head | if chance.random_bool(0.1) { chance.random_range(0..1 << 24) } else { data }
 }
 
+fn any_device(chance: &mut impl Rng) -> Device {
+    let (unit, motion) = (any_unit(chance), any_motion(chance));
+    let reads = unit.model().has_ssi_output() && chance.random_bool(0.7);
+    let ssi = reads.then(|| {
+        let every = Duration(chance.random_range(400_000..5 * MS));
+        SsiSettings::new(chance.random_range(80_000..1_000_000), 26, every, TakenAt::Falling).unwrap()
+    });
+    Device { unit, motion, ssi }
+}
+
 /// A ring with everything that can happen to it within so many milliseconds.
 fn any_scenario(seed: u64, lasting_ms: u64) -> Scenario {
     let mut chance = Pcg64Mcg::seed_from_u64(seed);
     let encoders = 1 + (seed % 5) as usize;
-    let devices = (0..encoders)
-        .map(|_| Device { unit: any_unit(&mut chance), motion: any_motion(&mut chance) })
-        .collect();
+    let devices = (0..encoders).map(|_| any_device(&mut chance)).collect();
     let mut events: Vec<Event> = (0..chance.random_range(0..20))
         .map(|_| {
             let at = Instant(chance.random_range(0..lasting_ms * MS));

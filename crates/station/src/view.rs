@@ -3,8 +3,10 @@
 use encoring_encoder::Encoder;
 use encoring_encoder::handshake::Handshake;
 use encoring_encoder::records::{Record, write_count};
+use encoring_host::ssi_receiver::SsiFault;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::World;
+use encoring_sim::ssi::SsiReader;
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{ErrorStatus, InWord, Model, OutWord, ParameterSet};
 use serde::Serialize;
@@ -93,10 +95,50 @@ pub struct DeviceView {
     pub handshake: Option<Handshake>,
     /// The lamps.
     pub lamps: LampsView,
+    /// The reader on its SSI; `None` without one.
+    pub ssi: Option<SsiView>,
     /// Programmed and active parameters, by service.
     pub parameters: Vec<ParameterView>,
     /// Writes of the memory so far, by record.
     pub memory_writes: MemoryWrites,
+}
+
+/// The reader on an SSI, and what it read last.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct SsiView {
+    /// Clock rate in hertz.
+    pub clock_hz: u32,
+    /// Clocks of a transfer.
+    pub clocks: u32,
+    /// From the beginning of a transfer to that of the next, in nanoseconds.
+    pub every_ns: u64,
+    /// Transfers so far.
+    pub count: u64,
+    /// When the last one was over; `None` before the first one was.
+    pub time_ns: Option<u64>,
+    /// The bits of its field, as they came.
+    pub field: Option<String>,
+    /// The position; `None` with a fault.
+    pub position: Option<u32>,
+    /// What is wrong with it, see `docs/ssi.md`.
+    pub fault: Option<&'static str>,
+}
+
+impl SsiView {
+    fn of(reader: &SsiReader) -> Self {
+        let settings = reader.settings();
+        let read = reader.read();
+        Self {
+            clock_hz: settings.hz(),
+            clocks: settings.clocks(),
+            every_ns: settings.every().as_nanos(),
+            count: reader.count(),
+            time_ns: read.map(|read| read.at.as_nanos()),
+            field: read.map(|read| read.transfer.bits().to_string()),
+            position: read.and_then(|read| read.transfer.position()),
+            fault: read.and_then(|read| read.transfer.fault).map(SsiFault::name),
+        }
+    }
 }
 
 /// The lamps of the CE-65-M; the other manuals show none, but the ring lights the same for all [R139].
@@ -219,6 +261,7 @@ impl DeviceView {
             latched_status: encoder.map_or(ErrorStatus::empty(), Encoder::latched_status),
             handshake: encoder.map(Encoder::handshake).copied(),
             lamps: LampsView::of(world, position)?,
+            ssi: place.ssi().map(SsiView::of),
             parameters: parameters.collect(),
             memory_writes: MemoryWrites {
                 programmed: PARAMETERS

@@ -15,6 +15,8 @@ use crate::error::Problem;
 pub struct Row {
     /// The line of the file, from 1. Not written.
     pub line: u64,
+    /// What happened.
+    pub kind: RowKind,
     /// The encoder's ring position; none without the column.
     pub position: Option<u8>,
     /// Nanoseconds since the start.
@@ -45,6 +47,7 @@ impl Default for Row {
     fn default() -> Self {
         Self {
             line: 0,
+            kind: RowKind::Exchange,
             position: None,
             time_ns: 0,
             out: None,
@@ -59,6 +62,17 @@ impl Default for Row {
             parameter: None,
         }
     }
+}
+
+/// What a row tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RowKind {
+    /// An exchange.
+    #[default]
+    Exchange,
+    /// An edge of the SSI clock that switched the encoder on, in a recording: it stands in a comment,
+    /// `# ssi TIME,POSITION,RAW,SUPPLY`, which readers that know nothing of it pass over.
+    SsiEdge,
 }
 
 /// What comes back from the encoder. Displayed as in a cell: 8 hex digits or `off`.
@@ -130,6 +144,8 @@ use Column::{
 impl Column {
     /// The order in which a recording is written.
     pub(crate) const RECORDING: [Self; 9] = [Time, Position, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
+    /// What is written of an edge of the SSI clock.
+    pub(crate) const SSI_EDGE: [Self; 4] = [Time, Position, Raw, Supply];
     /// The order in which a trace of one encoder is written.
     pub(crate) const TRACE: [Self; 8] = [Time, Out, Raw, Preset1, Preset2, Supply, Magnet, In];
 

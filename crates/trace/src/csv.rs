@@ -3,12 +3,15 @@
 use std::io::{self, Read, Write};
 use std::iter::FusedIterator;
 
-use crate::columns::{Column, Doubt, ROW_NS, Row, Style};
+use crate::columns::{Column, Doubt, ROW_NS, Row, RowKind, Style};
 use crate::error::{Error, Problem};
 use crate::header::{self, DeviceLine, Recording};
 use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
 use crate::table::{Layout, Table};
 use crate::text::Text;
+
+/// How the comment begins that tells an edge of the SSI clock.
+const SSI_EDGE: &[u8] = b"# ssi ";
 
 /// Reads a trace, a recording, a log or a table of others, row by row. After the first error there are no more rows.
 ///
@@ -146,14 +149,18 @@ struct Trace<R> {
 
 impl<R: Read> Trace<R> {
     fn row(&mut self) -> Result<Option<Row>, Error> {
-        loop {
+        let kind = loop {
             if !self.lines.advance(LINE_LIMIT)? {
                 return Ok(None);
             }
-            if is_header_or_row(self.lines.line()) {
-                break;
+            match self.lines.line() {
+                line if is_header_or_row(line) => break RowKind::Exchange,
+                line if self.piece.is_some() && comment(line).starts_with(SSI_EDGE) => {
+                    break RowKind::SsiEdge;
+                }
+                _ => {}
             }
-        }
+        };
         if let Some(piece) = &mut self.piece
             && !self.lines.is_ended()
         {
@@ -161,10 +168,16 @@ impl<R: Read> Trace<R> {
             return Ok(None);
         }
         let time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
-        let mut row = Row { line: self.lines.number(), time_ns, ..Row::default() };
-        let mut cells = cells(self.lines.line());
+        let mut row = Row { line: self.lines.number(), kind, time_ns, ..Row::default() };
+        let (columns, line): (&[Column], _) = match kind {
+            RowKind::Exchange => (&self.columns, self.lines.line()),
+            RowKind::SsiEdge => {
+                (&Column::SSI_EDGE, comment(self.lines.line()).get(SSI_EDGE.len()..).unwrap_or_default())
+            }
+        };
+        let mut cells = cells(line);
         let mut read = 0;
-        for (column, cell) in self.columns.iter().zip(&mut cells) {
+        for (column, cell) in columns.iter().zip(&mut cells) {
             let read_cell = |row: &mut Row, cell| column.read(cell, row, Style::default());
             if read_cell(&mut row, cell).or_else(|| read_cell(&mut row, cell.trim_ascii())).is_none() {
                 break;
@@ -174,8 +187,8 @@ impl<R: Read> Trace<R> {
             }
             read += 1;
         }
-        if read < self.columns.len() || cells.any(|cell| !cell.trim_ascii().is_empty()) {
-            return Err(self.misfit(read));
+        if read < columns.len() || cells.any(|cell| !cell.trim_ascii().is_empty()) {
+            return Err(self.misfit(columns, line, read));
         }
         in_order(self.previous_ns, row.time_ns)
             .map_err(|problem| self.lines.error(Some(Column::Time.name()), problem))?;
@@ -185,9 +198,9 @@ impl<R: Read> Trace<R> {
 
     /// Why the row could not be read beyond its first `read` cells. A wrong number of cells comes first,
     /// since a cell left out makes all behind it look wrong.
-    fn misfit(&self, read: usize) -> Error {
-        let (found, expected) = (cells(self.lines.line()).count(), self.columns.len());
-        match self.columns.get(read).zip(cells(self.lines.line()).nth(read)) {
+    fn misfit(&self, columns: &[Column], line: &[u8], read: usize) -> Error {
+        let (found, expected) = (cells(line).count(), columns.len());
+        match columns.get(read).zip(cells(line).nth(read)) {
             Some((column, cell)) if found == expected => {
                 self.lines.error(Some(column.name()), column.problem(cell, Style::default()))
             }
@@ -270,7 +283,14 @@ impl<W: Write> Writer<W> {
     pub fn write(&mut self, row: &Row) -> io::Result<()> {
         in_order(self.previous_ns, row.time_ns).map_err(refusal)?;
         self.line.clear();
-        for (column, end) in self.columns.iter().zip(ends(self.columns.len())) {
+        let columns = match row.kind {
+            RowKind::Exchange => self.columns,
+            RowKind::SsiEdge => {
+                self.line.extend_from_slice(SSI_EDGE);
+                &Column::SSI_EDGE
+            }
+        };
+        for (column, end) in columns.iter().zip(ends(columns.len())) {
             column.write(row, &mut self.line)?;
             self.line.push(end);
         }

@@ -65,7 +65,7 @@ mod tests;
 mod text;
 pub mod wave;
 
-pub use self::columns::{CycleSeen, Input, Row};
+pub use self::columns::{CycleSeen, Input, Row, RowKind};
 pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
 pub use self::header::{DeviceLine, Recording};

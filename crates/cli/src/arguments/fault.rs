@@ -25,9 +25,11 @@ pub(crate) fn help() -> String {
     format!(
         "Faults: KIND[=VALUE][:PLACE][@TIME][+TIME], from TIME after the start (0) for TIME (for good).\n  \
          on segment PLACE (0 leads to the first encoder, the last one back to the master):{}\n  \
-         at the encoder at position PLACE:{}",
+         at the encoder at position PLACE:{}\n  \
+         on the SSI of the encoder at position PLACE:{}",
         kinds(Fault::is_of_line),
-        kinds(|fault| !fault.is_of_line())
+        kinds(|fault| !fault.is_of_line() && fault.on_ssi().is_none()),
+        kinds(|fault| fault.on_ssi().is_some())
     )
 }
 

@@ -327,7 +327,7 @@ fn recording() -> Vec<u8> {
                 raw: i64::from(cycle) * 1000,
                 ..Row::default()
             };
-            row.input = Some(play(node, &row));
+            row.input = play(node, &row);
             writer.write(&row).unwrap();
         }
     }

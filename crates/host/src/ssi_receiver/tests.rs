@@ -5,6 +5,7 @@ use encoring_words::Week;
 use encoring_words::parameter::{Code, SsiValues};
 use encoring_words::ssi_frame::SsiFrame;
 use proptest::prelude::*;
+use std::string::ToString;
 use std::vec::Vec;
 
 const EDGES: [TakenAt; 2] = [TakenAt::Rising, TakenAt::Falling];
@@ -138,6 +139,8 @@ fn leading_and_trailing_zeros_are_no_part_of_the_position() {
             let changes = Train::new(0x27_0F, format, clocks).changes();
             let transfer = one(SsiReceiver::new(format, TakenAt::Falling), &changes);
             assert_eq!((transfer.field, transfer.position()), (0x3488, Some(0x27_0F)), "{bits}, {clocks}");
+            let text = transfer.bits().to_string();
+            assert!(text.len() == usize::from(bits) && text.ends_with("11010010001000"), "{text}");
         }
     }
 }

@@ -165,8 +165,7 @@ fn what_is_written_reads_as_the_same_fault() {
 #[test]
 fn what_is_no_kind_is_told_with_what_is_allowed() {
     let refused = |text: &str| text.parse::<Fault>().unwrap_err();
-    let kinds =
-        "bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N, supply, chip, jumper, ident=HHHH";
+    let kinds = "bad, silent, low, high, flips=N, bursts=N, jitter=N, lost=N, supply, chip, jumper, ident=HHHH, ssi_lost=N, ssi_added=N, ssi_flips=N, ssi_skew=N, ssi_delay=N, ssi_low, ssi_high";
     assert_eq!(refused("flip"), format!("kind \"flip\"; the kinds are {kinds}"));
     assert_eq!(refused(""), format!("kind \"\"; the kinds are {kinds}"));
     assert_eq!(refused("bad=3"), "value \"3\" for bad, which takes none");

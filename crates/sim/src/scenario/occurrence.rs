@@ -52,6 +52,7 @@ fn changes(fault: Fault) -> Option<(Change, Change)> {
         Fault::Chip => (Change::Chip(Chip::Held), Change::Chip(Chip::Running)),
         Fault::Jumper => (Change::Jumper(Jumper::Open), Change::Jumper(Jumper::Closed)),
         Fault::Ident(ident) => (Change::Ident(ident), Change::Ident(ENCODER)),
+        Fault::Ssi(trouble) => (Change::SsiTrouble(Some(trouble)), Change::SsiTrouble(None)),
         _ => return None,
     })
 }
@@ -69,6 +70,9 @@ impl Scenario {
         }
         if !fault.is_of_line() && place >= encoders {
             return Err(format!("position {place}; the positions are 0 to {}", encoders.saturating_sub(1)));
+        }
+        if fault.on_ssi().is_some() {
+            self.has_ssi(place)?;
         }
         let events = occurrence.events();
         // A ring has one troubled segment at a time; a second one would quietly end the first.

@@ -16,6 +16,7 @@ use encoring_words::{Duration, Instant, Model, Week};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use super::reader::{SsiChange, SsiFaultText, SsiTable};
 use super::{
     Change, Chip, Device, Event, Happening, MotionFiles, NO_LEVEL, NewMotion, Occurrence, PER_S_MAX,
     SECONDS_MAX, VOLTS_MAX,
@@ -68,6 +69,7 @@ pub(super) struct DeviceTable {
     zero_loss: Option<ZeroLossName>,
     stale_service: Option<String>,
     motion: Option<MotionTable>,
+    ssi: Option<SsiTable>,
 }
 
 #[derive(Deserialize)]
@@ -196,6 +198,10 @@ pub struct SetTable {
     pub jumper: Option<bool>,
     /// Another identification word, as a number.
     pub ident: Option<u16>,
+    /// Another reader on the SSI, or `off`.
+    pub ssi: Option<SsiChange>,
+    /// A fault of the line from the SSI, or `none`.
+    pub ssi_fault: Option<SsiFaultText>,
 }
 
 /// A fault of the memory.
@@ -296,7 +302,9 @@ impl DeviceTable {
             Some(NewMotion::Onward(micro_per_s)) => Motion::Speed { start: 0, micro_per_s },
             Some(NewMotion::Stop) | None => Motion::Hold { raw: 0 },
         };
-        Ok(Device { unit, motion })
+        let ssi = self.ssi.as_ref().map(|ssi| ssi.read(unit.model())).transpose();
+        let ssi = ssi.map_err(|wrong| wrong.inside("ssi"))?;
+        Ok(Device { unit, motion, ssi })
     }
 
     fn unit(&self) -> Result<Unit, Wrong> {
@@ -433,7 +441,7 @@ impl EventTable {
 }
 
 impl SetTable {
-    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs, chip.
+    /// The changes for this encoder, in the order supply, memory, magnet, motion, inputs, chip, SSI.
     ///
     /// # Errors
     /// What is wrong, with value and limit; then nothing is changed.
@@ -484,6 +492,12 @@ impl SetTable {
         }
         if let Some(ident) = self.ident {
             changes.push(Change::Ident(Ident(ident)));
+        }
+        if let Some(ssi) = &self.ssi {
+            changes.push(ssi.read(unit.model()).map_err(|wrong| wrong.inside("ssi"))?);
+        }
+        if let Some(fault) = self.ssi_fault {
+            changes.push(fault.read(unit.model())?);
         }
         if changes.is_empty() { Err(Wrong::new("nothing is set")) } else { Ok(changes) }
     }
