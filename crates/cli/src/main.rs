@@ -18,11 +18,13 @@ mod news;
 mod noted;
 mod output;
 mod preset;
+mod presetting;
 mod probe;
 mod program;
 mod programming;
 mod read;
 mod release;
+mod replace;
 mod replay;
 mod restore;
 mod ring;
@@ -66,7 +68,7 @@ macro_rules! commands {
 commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
-    Backup backup, Restore restore,
+    Backup backup, Restore restore, Replace replace,
     Watch watch, Log log, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

@@ -1,24 +1,13 @@
 //! `encoring preset`: the position shall be this value, here and now.
 
-use std::fmt;
-
 use clap::Args;
-use encoring_bus::BusError;
-use encoring_bus::master::MasterError;
-use encoring_host::preset::{Done, Preset, PresetReport, position};
-use encoring_host::service::check;
-use encoring_host::session::Fate;
-use encoring_words::InWord;
-use encoring_words::parameter::Code;
-use serde::Serialize;
 
 use crate::arguments;
-use crate::arguments::bus::{Encoder, Target};
+use crate::arguments::bus::Encoder;
 use crate::arguments::{Consent, Output};
-use crate::ask::{CHECK_DOES, asked, can_be_asked, confirmed};
-use crate::bus::{Deed, Opened};
-use crate::output::{Answer, Failure, bad_input, note};
-use crate::told::{Failed, FailureView, StatusView, TargetView};
+use crate::bus::Deed;
+use crate::output::{Answer, Failure};
+use crate::presetting::{PresetView, Presetting};
 
 /// Make the position a value, here and now (preset adjustment, service 06)
 ///
@@ -46,203 +35,11 @@ pub(crate) struct Arguments {
     output: Output,
 }
 
-#[derive(Serialize)]
-struct PresetView {
-    #[serde(flatten)]
-    target: TargetView,
-    wanted: u32,
-    /// In steps.
-    before: Option<u32>,
-    after: Option<u32>,
-    /// The encoder acknowledged it without an error, and the position shows it.
-    done: bool,
-    /// What IN showed last.
-    error_bit: bool,
-    failure: Option<FailureView>,
-    text: Vec<String>,
-    #[serde(skip)]
-    answer: Answer,
-}
-
-impl fmt::Display for PresetView {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let shown =
-            |position: Option<u32>| position.map_or_else(|| "not seen".to_owned(), |steps| steps.to_string());
-        writeln!(f, "{}", self.target)?;
-        writeln!(f, "position before: {}", shown(self.before))?;
-        if let Some(failure) = &self.failure {
-            writeln!(f, "{failure}")?;
-        }
-        let pending = if self.error_bit { ", an error is pending" } else { "" };
-        writeln!(f, "position now:    {}{pending}", shown(self.after))?;
-        self.text.iter().try_for_each(|line| writeln!(f, "{line}"))
-    }
-}
-
-/// What makes the old zero again.
-fn way_back(report: &PresetReport<MasterError>) -> Option<String> {
-    report.before.map(|before| format!("the way back, at the same place: `encoring preset {before}`"))
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
-    let told = arguments.adjust(&mut opened, target);
-    opened.report(arguments.output, told, |view| view.answer)
-}
-
-impl Arguments {
-    fn adjust(&self, opened: &mut Opened, target: Target) -> Result<PresetView, Failure> {
-        let mut prepared = self.prepare(opened, target)?;
-        // Consent to the preset is none to a data check.
-        if let Err(pending @ Failed::ErrorPending { .. }) = &prepared
-            && !self.consent.yes
-            && can_be_asked()
-        {
-            asked(&format!(
-                "{}\n{}: {CHECK_DOES} It comes first.",
-                FailureView::new(pending, target, None),
-                TargetView::new(target)
-            ))?;
-            let checked = opened.serve(target, |master| check(master))?;
-            note(&StatusView::of(checked, target.model).to_string());
-            prepared = self.prepare(opened, target)?;
-        }
-        let preset = match prepared {
-            Ok(preset) => preset,
-            Err(failed) => return Ok(self.not_begun(target, &failed)),
-        };
-        let shown = preset.before().ok_or_else(|| bad_input("the encoder shows no position"))?;
-        let moves = match preset.steps_per_s() {
-            Some(0) => None,
-            Some(steps) => Some(format!("the shaft or magnet moves, by some {steps} steps a second")),
-            None => Some("whether the shaft or magnet moves was not seen".to_owned()),
-        };
-        let question = format!(
-            "{}: the position is {shown} now and shall be {}.{} The old zero cannot be read back.",
-            TargetView::new(target),
-            self.value,
-            moves.as_ref().map(|moves| format!(" Stop the axis: {moves}.")).unwrap_or_default()
-        );
-        confirmed(self.consent, &question)?;
-        if let (true, Some(moves)) = (self.consent.yes, &moves) {
-            note(&format!("note: {moves}"));
-        }
-        let view = opened.serve(target, |master| {
-            let report = preset.adjust(master);
-            Ok(self.told(target, &report, master.last_error(), moves))
-        })?;
-        let failure = view.failure.map(|failure| failure.at(&opened.place()));
-        Ok(PresetView { failure, ..view })
-    }
-
-    /// What hinders a preset adjustment is a finding; that nobody answers is none.
-    fn prepare(&self, opened: &mut Opened, target: Target) -> Result<Result<Preset, Failed>, Failure> {
-        opened.serve(target, |master| match Preset::prepare(master, target.model, self.value) {
-            Err(failed @ (Failed::ErrorPending { .. } | Failed::Refused(_) | Failed::Unreadable { .. })) => {
-                Ok(Err(failed))
-            }
-            prepared => prepared.map(Ok),
-        })
-    }
-
-    fn not_begun(&self, target: Target, failed: &Failed) -> PresetView {
-        let failure = FailureView::new(failed, target, None);
-        // Whether it is in Gray code would have to be asked.
-        let shown = match failed {
-            Failed::ErrorPending { shown } if !target.model.position_may_be_gray() => {
-                position(*shown, Code::Binary)
-            }
-            _ => None,
-        };
-        PresetView {
-            target: TargetView::new(target),
-            wanted: self.value,
-            before: shown,
-            after: shown,
-            done: false,
-            // Whatever it is, the encoder has an error pending because of it or before it.
-            error_bit: true,
-            answer: failure.answer(),
-            failure: Some(failure),
-            text: vec!["not done: the zero is as it was".to_owned()],
-        }
-    }
-
-    fn told(
-        &self,
-        target: Target,
-        report: &PresetReport<MasterError>,
-        behind: Option<&BusError>,
-        moves: Option<String>,
-    ) -> PresetView {
-        let failure = report.result.as_ref().err().map(|failed| FailureView::new(failed, target, behind));
-        let error_bit = report.shown.is_some_and(InWord::error_bit);
-        let answer = match (&failure, &report.result) {
-            (Some(failure), _) => failure.answer(),
-            (None, Ok(Done::Confirmed)) if !error_bit => Answer::Yes,
-            (None, Ok(Done::Confirmed)) => Answer::No,
-            (None, _) => Answer::Unknown,
-        };
-        let mut text = self.text(report);
-        text.extend(moves);
-        PresetView {
-            target: TargetView::new(target),
-            wanted: self.value,
-            before: report.before,
-            after: report.after,
-            done: report.result == Ok(Done::Confirmed),
-            error_bit,
-            failure,
-            text,
-            answer,
-        }
-    }
-
-    /// What the report comes to.
-    fn text(&self, report: &PresetReport<MasterError>) -> Vec<String> {
-        let mut text = match &report.result {
-            Ok(Done::Confirmed) if report.after == Some(self.value) => vec!["done".to_owned()],
-            Ok(Done::Confirmed) => vec![format!(
-                "done: the position is no longer {}, as far from it as it moved before",
-                self.value
-            )],
-            Ok(Done::Acknowledged) => vec![
-                "acknowledged, not confirmed: the encoder reported no error, but the position does not show the \
-                 value. Compare it with a mark on the machine"
-                    .to_owned(),
-            ],
-            Err(failed) => return self.not_done(report, failed),
-        };
-        text.extend(way_back(report));
-        text
-    }
-
-    fn not_done(&self, report: &PresetReport<MasterError>, failed: &Failed) -> Vec<String> {
-        if failed.is_not_sent() {
-            return vec!["not done: the zero is as it was".to_owned()];
-        }
-        let mut text = vec!["not repeated: a second preset adjustment could set another zero".to_owned()];
-        let fate = match failed {
-            Failed::TimedOut { timed_out, .. } => timed_out.fate,
-            Failed::GivenUp { given_up, .. } => given_up.fate,
-            // An error that came up meanwhile shows in the same bit.
-            _ => Fate::Unknown,
-        };
-        if fate == Fate::Unknown {
-            let seems = match (report.before, report.after) {
-                (Some(before), Some(after)) if after == self.value && before != after => {
-                    "the position is what was asked for, so it seems to be done"
-                }
-                (Some(before), Some(after)) if after == before => {
-                    "the position has not changed, so it seems not to be done"
-                }
-                _ => "compare the position with a mark on the machine",
-            };
-            text.push(seems.to_owned());
-        }
-        text.extend(way_back(report).map(|way| format!("if it was done, {way}")));
-        text
-    }
+    let presetting = Presetting { value: arguments.value, consent: arguments.consent };
+    let told = presetting.adjust(&mut opened, target);
+    opened.report(arguments.output, told, PresetView::answer)
 }

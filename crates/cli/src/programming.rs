@@ -28,7 +28,7 @@ pub(crate) struct How {
     #[command(flatten)]
     pub(crate) encoder: Encoder,
     #[command(flatten)]
-    consent: Consent,
+    pub(crate) consent: Consent,
     /// Show what would be written, and end
     #[arg(long, global = true)]
     pub(crate) dry_run: bool,

@@ -106,6 +106,9 @@ impl ReferenceUnit {
 }
 
 impl Reference {
+    /// 0 mm.
+    pub(crate) const ZERO: Self = Self { millionths: 0, digit: 1_000_000, scale: ReferenceUnit::Millimetres };
+
     /// A number with at most nine digits before and six behind the point, and a sign if it has one.
     ///
     /// # Errors

@@ -1,14 +1,19 @@
 //! The values of a file: which parameter, and what it may hold.
 
 use encoring_words::parameter::{PARAMETERS, Parameter};
-use encoring_words::{Model, word};
+use encoring_words::{Model, number, word};
 
 /// A value that the encoder takes.
 pub(crate) fn legal_value(model: Model, name: &str, value: &toml::Value) -> Result<(Parameter, u32), String> {
     let (parameter, value) = value_of(model, name, value)?;
     match parameter.normalise(model, value) {
         Ok(_) => Ok((parameter, value)),
-        Err(refused) => Err(format!("{name} = {value}; allowed are {} to {}", refused.low, refused.high)),
+        Err(refused) => {
+            // Of service 0D only a part decides.
+            let part =
+                if refused.value == value { String::new() } else { format!(" has {} bits", refused.value) };
+            Err(format!("{name} = {value}{part}; allowed are {} to {}", refused.low, refused.high))
+        }
     }
 }
 
@@ -22,6 +27,11 @@ fn value_of(model: Model, name: &str, value: &toml::Value) -> Result<(Parameter,
         Some(number) => Ok((parameter, number)),
         None => Err(format!("{name} = {value}; it must be a whole number from 0 to {}", word::DATA_MAX)),
     }
+}
+
+/// A value of 24 bits as people write it.
+pub(crate) fn number_of(text: &str) -> Result<u32, String> {
+    number::value(text).map(|value| value.number).map_err(|wrong| wrong.to_string())
 }
 
 /// The parameters that a model has, in the order of the services.

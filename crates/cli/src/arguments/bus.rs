@@ -76,6 +76,11 @@ impl Target {
 }
 
 impl Address {
+    /// Whether one was said.
+    pub(crate) const fn is_given(&self) -> bool {
+        self.bus.is_some()
+    }
+
     /// The address, which is always to be said: nobody shall believe that a simulation is the machine.
     pub(crate) fn get(&self) -> Result<&str, Failure> {
         self.bus.as_deref().ok_or_else(|| {

@@ -16,7 +16,7 @@ fn every_example_of_the_document_is_what_the_program_prints() {
         // A file that a command writes is not to stay.
         let folder = tempfile::tempdir().unwrap();
         let run = match arguments[0] {
-            "backup" => encoring_in(folder.path(), &arguments, b""),
+            "backup" | "replace" => encoring_in(folder.path(), &arguments, b""),
             _ => encoring(&arguments, b""),
         };
         let printed: serde_json::Value = serde_json::from_str(run.out.lines().last().unwrap()).unwrap();

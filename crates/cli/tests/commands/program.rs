@@ -17,6 +17,7 @@ fn every_command_explains_itself_with_examples() {
         "check",
         "backup",
         "restore",
+        "replace",
         "probe",
         "watch",
         "log",

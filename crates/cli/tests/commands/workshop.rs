@@ -27,6 +27,11 @@ impl Bench {
 
     /// Runs a command on the ring.
     fn run(&self, command: &str) -> Run {
+        self.answered(command, "")
+    }
+
+    /// Runs a command that asks, with these answers through a pipe.
+    fn answered(&self, command: &str, answers: &str) -> Run {
         let mut arguments = Vec::new();
         // Words in quotes are one argument.
         for (k, part) in command.split('\'').enumerate() {
@@ -38,7 +43,7 @@ impl Bench {
         let ring = ["--bus", "sim:ring.toml", "--state", "memories", "--journal", "journal"];
         let journal = ["read", "write", "program", "restore", "replace"].contains(&arguments[0].as_str());
         arguments.extend(ring[..if journal { 6 } else { 4 }].iter().map(|word| (*word).to_owned()));
-        encoring_in(self.path(), &arguments, b"")
+        encoring_in(self.path(), &arguments, answers.as_bytes())
     }
 
     /// Runs it, and gives its text if it ends with this code.
@@ -175,4 +180,112 @@ fn files_that_are_no_backups_write_nothing() {
     fs::write(bench.path().join("together.toml"), together).unwrap();
     let refused = bench.out("restore together.toml --yes", 1);
     assert!(refused.contains("the data check would refuse these values together"), "{refused}");
+}
+
+/// An old unit with its backup, and a new one in its place.
+fn replaced() -> Bench {
+    let bench = Bench::new();
+    bench.out("program --at 2 --yes rotary --steps-per-turn 1000 --turns 10", 0);
+    bench.out("preset 5000 --at 2 --yes", 0);
+    bench.out("backup axis.toml --at 2 --mark 'stop left=0 mm'", 0);
+    fs::remove_dir_all(bench.path().join("memories")).unwrap();
+    bench
+}
+
+#[test]
+fn a_broken_encoder_is_replaced_by_options() {
+    let bench = replaced();
+    let differs = bench.out("replace --from axis.toml --yes --dry-run", 1);
+    assert!(differs.contains("measuring_length    16777215      9999  16777215"), "{differs}");
+    let done = bench.out("replace --from axis.toml --yes --set-at 'stop left'", 0);
+    for line in [
+        "02  measuring_length        9999  C200270F = W#16#C200 W#16#270F",
+        "done and verified: written, checked, read back",
+        "zero at mark \"stop left\" (0 mm)",
+        "position now:    5000",
+    ] {
+        assert!(done.contains(line), "{line}\n{done}");
+    }
+    let compared = bench.out("replace --from axis.toml --yes --compare-at 'stop left'", 0);
+    assert!(compared.contains("equal: the old unit showed the same here"), "{compared}");
+    bench.out("preset 4000 --at 2 --yes", 0);
+    let other = bench.out("replace --from axis.toml --yes --compare-at 'stop left'", 1);
+    assert!(other.contains("-1000 against the old unit"), "{other}");
+    let none = bench.out("replace --from axis.toml --yes --set-at nowhere", 2);
+    assert!(none.contains("\"nowhere\" is no mark of the old unit; there are: \"stop left\""), "{none}");
+}
+
+#[test]
+fn a_broken_encoder_is_replaced_by_answers_through_a_pipe() {
+    let bench = replaced();
+    // A backup, its name, connected, yes, the first mark, yes, the first mark again to compare.
+    let Run { code, out, err } = bench.answered("replace --at 2", "1\naxis.toml\n\ny\n1\ny\n1\n");
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(out.contains("compared: mark \"stop left\" (0 mm): 5000, now 5000: equal"), "{out}{err}");
+    assert_eq!(err.matches("[y/N]").count(), 2, "{err}");
+    // Whoever says no has changed nothing.
+    let bench = replaced();
+    let Run { code, out, err } = bench.answered("replace --at 2", "1\naxis.toml\n\nn\n");
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(out.contains("left undone: the values were not programmed: the answer was no"), "{out}");
+    bench.out("restore axis.toml --dry-run", 1);
+    // Wrong answers are asked again; the end of the input ends it.
+    let Run { code, err, .. } = bench.answered("replace --at 2", "9\n1\nmissing.toml\n1\naxis.toml\n");
+    assert_eq!(code, Some(3), "{err}");
+    assert!(err.contains("\"9\" is none of 1 to 4") && err.contains("missing.toml: "), "{err}");
+    assert!(err.contains("the input has ended before all was answered"), "{err}");
+}
+
+#[test]
+fn what_the_old_unit_held_is_told_without_any_encoder() {
+    let bench = Bench::new();
+    let out = |command: &str, code: i32| {
+        let arguments: Vec<_> = command.split('|').collect();
+        let Run { code: ended, out, err } = encoring_in(bench.path(), &arguments, b"");
+        assert_eq!(ended, Some(code), "{command}\n{out}{err}");
+        out + &err
+    };
+    let words = "replace|--model|ce-100-m|--yes|--word|W#16#C200 W#16#270F|--word|C300000A|--word|16#C9000001|--word|C1000001";
+    let told = out(&format!("{words}|--word|C4000000|--word|C5000000|--save|found.toml"), 0);
+    assert!(told.contains("known    measuring_length = 9999: word W#16#C200 W#16#270F"), "{told}");
+    assert!(bench.file("found.toml").contains("counting_direction = 1"), "{}", bench.file("found.toml"));
+    let missing = out(words, 3);
+    assert!(missing.contains("preset_value_1: in no word, so it stays as the new unit has it"), "{missing}");
+    let both = out(&format!("{words}|--word|C300000B"), 3);
+    assert!(both.contains("numerator: the words contradict each other: 10 (word C300000A), 11"), "{both}");
+    let known =
+        "replace|--model|ce-100-m|--yes|--mm-per-turn|5|--within|0.01 mm|--known|0=0 mm|--known|5000=25 mm";
+    let open = out(known, 3);
+    assert!(open.contains("leave open whether the position begins again at 0 between them"), "{open}");
+    let known = out(&format!("{known}|--known|9000=45 mm"), 3);
+    assert!(known.contains("1000 steps per turn: the only round number that fits"), "{known}");
+    assert!(
+        known.contains("the range, positions 0 to 4095999 over 4096 turns: positions never tell it"),
+        "{known}"
+    );
+    let rod = "replace|--model|la-66|--yes|--length-mm|500|--known|1000=10 mm|--known|20000=200 mm|--known|45000=450 mm";
+    assert!(out(rod, 3).contains("50000 steps over the rod"), "{}", out(rod, 3));
+    let bad = out("replace|--model|la-66|--yes|--word|C2", 2);
+    assert!(bad.contains("\"C2\""), "{bad}");
+}
+
+#[test]
+fn a_recording_tells_what_was_programmed_and_read() {
+    let bench = Bench::new();
+    let rows = "time_us,out,in\n0,4200270F,00000001\n1000,C200270F,C200270F\n2000,4200270F,00000001\n\
+                3000,83000000,8300000A\n4000,03000000,00000001\n5000,C9000000,E9000000\n6000,00000000,20000001\n\
+                7000,C2000FFF,C2000FFF\n";
+    fs::write(bench.path().join("old.csv"), rows).unwrap();
+    let told = encoring_in(
+        bench.path(),
+        &["replace", "--model", "ce-65-m", "--yes", "--recording", "old.csv", "--format", "json"],
+        b"",
+    );
+    assert_eq!(told.code, Some(3), "{}", told.err);
+    let view: serde_json::Value = serde_json::from_str(&told.out).unwrap();
+    let values = view["old"]["values"].as_array().unwrap();
+    let values: Vec<_> =
+        values.iter().map(|value| (value["service"].as_str(), value["value"].as_u64())).collect();
+    // What was refused does not count, and of two writes the later one does.
+    assert_eq!(values, [(Some("02"), Some(4095)), (Some("03"), Some(10))]);
 }

@@ -1,0 +1,267 @@
+//! `encoring replace`: from a broken encoder to a new one that shows the same positions.
+
+mod dialog;
+mod source;
+mod view;
+
+use std::path::PathBuf;
+
+use clap::Args;
+use encoring_bus::master::MasterError;
+use encoring_host::Services;
+use encoring_host::preset::{code, position};
+use encoring_host::scaling::Ratio;
+use encoring_workshop::reconstruct::positions::KnownPosition;
+use encoring_workshop::{MachineMark, Reference};
+
+use crate::arguments;
+use crate::arguments::bus::Target;
+use crate::arguments::range::{Wanted, number};
+use crate::arguments::{Consent, TypeLabel};
+use crate::bus::{Opened, simulated_ring};
+use crate::output::{Answer, Failure, bad_input, note};
+use crate::presetting::{PresetView, Presetting};
+use crate::programming::{How, ProgramView};
+use crate::told::Failed;
+use dialog::Dialog;
+use source::Source;
+use view::{ComparisonView, ReplaceView};
+
+/// Replace a broken encoder: find its values, program the new one, make its zero, compare
+///
+/// Guides step by step, and asks before each; answers come from the terminal or from a pipe. With --yes nothing is asked,
+/// and the options say how far to go: each call repeats what is done already without harm. Without --bus it only says
+/// what is known of the old unit.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 done and compared, as far as asked; 1 refused, not confirmed, another
+model, or the position is another than before; 2 bad input or usage; 3 no answer, or
+what must be known is not.
+
+Examples:
+  encoring replace --bus modbus-tcp://192.168.1.10 --at 2
+  encoring replace --from axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2 --yes --set-at 'stop left'
+  encoring replace --model ce-65-m --word 'W#16#C200 W#16#270F' --word C300000A --word C9000001
+  encoring replace --model ce-100-m --mm-per-turn 5 --known '0=0 mm' --known '5000=25 mm' --known '9000=45 mm'")]
+pub(crate) struct Arguments {
+    /// A backup of the old unit
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["words", "recording", "known"])]
+    from: Option<PathBuf>,
+    /// A word of the PLC program for this encoder, in any spelling; may be repeated
+    #[arg(long = "word", value_name = "WORD", allow_hyphen_values = true, conflicts_with_all = ["recording", "known"])]
+    words: Vec<String>,
+    /// Words without a mark of their base are decimal
+    #[arg(long, requires = "words")]
+    decimal: bool,
+    /// A recording in which services of the old unit were answered
+    #[arg(long, value_name = "FILE.csv", conflicts_with = "known")]
+    recording: Option<PathBuf>,
+    /// A position that the old unit showed at a known place; may be repeated
+    #[arg(long, value_name = "STEPS=NUMBER mm|deg", allow_hyphen_values = true)]
+    known: Vec<KnownPosition>,
+    /// With --known in mm, of a shaft: how far the machine moves in one turn of the shaft
+    #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
+    mm_per_turn: Option<Ratio>,
+    /// With --known, of a rod: its length on the type label
+    #[arg(long, value_name = "MM", value_parser = number, conflicts_with = "mm_per_turn")]
+    length_mm: Option<Ratio>,
+    /// With --known: how far off the places may be [default: half of the last digit of each]
+    #[arg(long, value_name = "NUMBER mm|deg")]
+    within: Option<Reference>,
+    /// With --known: the turns after which the position begins again at 0, if somebody knows it
+    #[arg(long, value_name = "TURNS", value_parser = clap::value_parser!(u32).range(1..=65_535))]
+    turns: Option<u32>,
+    /// With --known: the position does not begin again at 0 between these places
+    #[arg(long)]
+    no_wrap: bool,
+    /// Keep what was found of the old unit in this file
+    #[arg(long, value_name = "FILE.toml")]
+    save: Option<PathBuf>,
+    /// The machine stands at this mark, or shall show this position: make the zero here
+    #[arg(long, value_name = "MARK|STEPS")]
+    set_at: Option<String>,
+    /// The machine stands at this mark: compare
+    #[arg(long, value_name = "MARK", conflicts_with = "set_at")]
+    compare_at: Option<String>,
+    #[command(flatten)]
+    how: How,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let how = &arguments.how;
+    let dialog = Dialog::new(how.consent);
+    let source = Source::of(arguments, &dialog)?;
+    let mut view = ReplaceView::new(&source);
+    if let Some(path) = &arguments.save {
+        source.save(path)?;
+    }
+    if !how.encoder.ring.place.is_given() || !source.can_be_programmed() {
+        how.output.print(&view)?;
+        return Ok(source.answer());
+    }
+    dialog.tell(&view.source_text());
+    if !how.dry_run {
+        dialog.pause(
+            "Switch the machine off, mount and connect the new encoder at the same place, switch on.\nThe PLC must not write \
+             the OUT word of this encoder meanwhile. Enter when that is done: ",
+        )?;
+    }
+    let (mut opened, target) = open(arguments, &source)?;
+    let told = Replacing { arguments, dialog: &dialog, source: &source, target }.go(&mut opened, &mut view);
+    let told = told.map(|()| view);
+    opened.report(how.output, told, |view| view.answer(how.dry_run))
+}
+
+/// Opens the ring on which the new unit is.
+fn open(arguments: &Arguments, source: &Source) -> Result<(Opened, Target), Failure> {
+    let mut how = arguments.how.clone();
+    how.encoder.at = how.encoder.at.or(source.kept.position());
+    let simulated = simulated_ring(how.encoder.ring.place.get()?)?.is_some();
+    let native = how.encoder.label.native.or(source.kept.label.native);
+    how.encoder.label =
+        TypeLabel { model: (!simulated).then_some(source.kept.model), native: native.filter(|_| !simulated) };
+    let (opened, target) = how.open("replace")?;
+    if target.model != source.kept.model {
+        return Err(Failure::Refused(format!(
+            "the old unit is a {}, the encoder at position {} is a {}; nothing was written. `encoring restore --as` carries \
+             the values of a backup over",
+            source.kept.model, target.position, target.model
+        )));
+    }
+    Ok((opened, target))
+}
+
+/// The new unit, and what it is to become.
+struct Replacing<'a> {
+    arguments: &'a Arguments,
+    dialog: &'a Dialog,
+    source: &'a Source,
+    target: Target,
+}
+
+impl Replacing<'_> {
+    fn go(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<(), Failure> {
+        view.found(self.target);
+        if !self.program(opened, view)? {
+            return Ok(());
+        }
+        let set = self.set_zero(opened, view)?;
+        if set && view.preset_answer() == Some(Answer::Yes) || self.arguments.compare_at.is_some() {
+            self.compare(opened, view)?;
+        }
+        Ok(())
+    }
+
+    /// Programs the values; `true` if the new unit holds them.
+    fn program(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
+        let how = &self.arguments.how;
+        let mut planned = how.clone();
+        planned.dry_run = true;
+        let program = self.work(&planned, opened)?;
+        if how.dry_run {
+            view.programmed(program);
+            return Ok(false);
+        }
+        if program.answer() == Answer::Yes && program.differs() {
+            self.dialog.tell(&program.to_string().replace("nothing was written: --dry-run\n", ""));
+            if !self.dialog.agrees("Program these values?")? {
+                view.left("the values were not programmed: the answer was no");
+                return Ok(false);
+            }
+        }
+        let mut agreed = how.clone();
+        agreed.consent = Consent { yes: true };
+        let program = self.work(&agreed, opened)?;
+        self.dialog.tell(&program.to_string());
+        let in_order = program.is_in_order();
+        view.programmed(program);
+        Ok(in_order)
+    }
+
+    fn work(&self, how: &How, opened: &mut Opened) -> Result<ProgramView, Failure> {
+        let wanted = Wanted { values: self.source.kept.values.clone(), warnings: Vec::new() };
+        how.work("replace", opened, self.target, &wanted)
+    }
+
+    /// Makes the zero at a mark; `true` if it was tried.
+    fn set_zero(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
+        let marks = &self.source.kept.marks;
+        let mark = match &self.arguments.set_at {
+            Some(text) => Some(self.named_or_steps(text)?),
+            None if self.arguments.compare_at.is_some() => None,
+            None => self
+                .dialog
+                .place("Move the machine to a mark and stop it there: its zero is made there.", marks)?,
+        };
+        let Some(mark) = mark else {
+            view.left("the zero was not made: the positions are not those of the old unit yet");
+            return Ok(false);
+        };
+        let question =
+            format!("Does the machine stand at {mark}, and shall the position be {} here?", mark.shown);
+        if self.arguments.set_at.is_none() && !self.dialog.agrees(&question)? {
+            view.left("the zero was not made: the answer was no");
+            return Ok(false);
+        }
+        let presetting = Presetting { value: mark.shown, consent: Consent { yes: true } };
+        let preset: PresetView = presetting.adjust(opened, self.target)?;
+        self.dialog.tell(&preset.to_string());
+        view.preset(&mark, preset);
+        Ok(true)
+    }
+
+    /// Compares the position at a further mark with what the old unit showed there.
+    fn compare(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<(), Failure> {
+        let marks = &self.source.kept.marks;
+        let mark = match &self.arguments.compare_at {
+            Some(name) => self.named(name)?,
+            None => match self
+                .dialog
+                .place("Move the machine to another mark and stop it there, to compare.", marks)?
+            {
+                Some(mark) => mark,
+                None => {
+                    view.left("no second place was compared");
+                    return Ok(());
+                }
+            },
+        };
+        let model = self.target.model;
+        let shown = opened.serve(self.target, |master| {
+            let code = code(master, model)?;
+            let word = master.look().map_err(|error: MasterError| Failed::Bus(error))?;
+            Ok((word, position(word, code)))
+        })?;
+        let comparison = ComparisonView::new(&mark, shown, self.source, self.target);
+        self.dialog.tell(&comparison.to_string());
+        view.compared(comparison);
+        Ok(())
+    }
+
+    fn named(&self, name: &str) -> Result<MachineMark, Failure> {
+        let kept = &self.source.kept;
+        kept.mark(name).cloned().ok_or_else(|| {
+            let names: Vec<_> = kept.marks.iter().map(|mark| format!("{:?}", mark.name)).collect();
+            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            bad_input(format!("{name:?} is no mark of the old unit; there are: {names}"))
+        })
+    }
+
+    fn named_or_steps(&self, text: &str) -> Result<MachineMark, Failure> {
+        match arguments::value(text) {
+            Ok(shown) if self.source.kept.mark(text).is_none() => Ok(steps(shown)),
+            _ => self.named(text),
+        }
+    }
+}
+
+/// A place that only its position names.
+fn steps(shown: u32) -> MachineMark {
+    MachineMark { name: format!("position {shown}"), shown, reference: None }
+}
+
+/// What a prompt could not be asked for.
+fn missing(option: &str) -> Failure {
+    note("note: --yes is given, so nothing is asked");
+    bad_input(format!("{option} is missing"))
+}

@@ -1,0 +1,368 @@
+//! What is known of the old unit.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use encoring_files::open;
+use encoring_host::scaling::Ratio;
+use encoring_trace::{Input, Reader};
+use encoring_words::model::SensorKind;
+use encoring_words::number::{Bare, word};
+use encoring_words::{InWord, Model, Parameter};
+use encoring_workshop::reconstruct::Reconstruction;
+use encoring_workshop::reconstruct::positions::{KnownPosition, Line, MeasuredWay, WrapBetween};
+use encoring_workshop::reconstruct::words::WordFindings;
+use encoring_workshop::values::parameters_of;
+use encoring_workshop::{KeptEncoder, MachineMark, ParameterFile, Reference, ReferenceUnit};
+
+use super::dialog::Dialog;
+use super::{Arguments, missing};
+use crate::output::{Answer, Failure, bad_input};
+
+/// The largest recording that is looked through.
+const RECORDING_BYTES_MAX: u64 = 1 << 36;
+
+/// What is known of the old unit, and from where.
+pub(super) struct Source {
+    /// `backup`, `words`, `recording` or `positions`.
+    pub(super) kind: &'static str,
+    pub(super) kept: KeptEncoder,
+    pub(super) known: Vec<String>,
+    pub(super) assumed: Vec<String>,
+    pub(super) unknown: Vec<String>,
+    sound: bool,
+    /// So many steps a position may be off; only of known positions.
+    pub(super) off_at_most: u128,
+}
+
+impl Source {
+    /// By the options, else by asking.
+    pub(super) fn of(arguments: &Arguments, dialog: &Dialog) -> Result<Self, Failure> {
+        if let Some(path) = &arguments.from {
+            return Self::backup(arguments, path);
+        }
+        if !arguments.words.is_empty() {
+            let model = model(arguments, dialog)?;
+            return words(model, &arguments.words, arguments.decimal).map_err(bad_input);
+        }
+        if let Some(path) = &arguments.recording {
+            return recording(arguments, model(arguments, dialog)?, path);
+        }
+        if !arguments.known.is_empty() {
+            let model = model(arguments, dialog)?;
+            return positions(
+                arguments,
+                model,
+                &arguments.known,
+                arguments.mm_per_turn.or(arguments.length_mm),
+            );
+        }
+        if dialog.is_silent() {
+            return Err(missing(
+                "--from FILE.toml, --word WORD, --recording FILE.csv or --known STEPS=PLACE",
+            ));
+        }
+        Self::asked(arguments, dialog)
+    }
+
+    fn asked(arguments: &Arguments, dialog: &Dialog) -> Result<Self, Failure> {
+        loop {
+            let answer = dialog.ask(
+                "What is there of the old unit?\n  1  a backup file\n  2  words in the PLC program (C2.., C3.., C9..)\n  3  a \
+                 recording in which it was read or programmed\n  4  positions that it showed at known places\nType the \
+                 number: ",
+            )?;
+            let found = match answer.as_str() {
+                "1" => Self::backup(arguments, Path::new(&dialog.ask("Name of the file: ")?)),
+                "2" => {
+                    let model = model(arguments, dialog)?;
+                    let list =
+                        lines(dialog, "The words, one a line in any spelling; an empty line ends them:")?;
+                    words(model, &list, arguments.decimal).map_err(bad_input)
+                }
+                "3" => {
+                    let model = model(arguments, dialog)?;
+                    recording(arguments, model, &PathBuf::from(dialog.ask("Name of the file: ")?))
+                }
+                "4" => {
+                    let model = model(arguments, dialog)?;
+                    asked_positions(arguments, dialog, model)
+                }
+                _ => Err(bad_input(format!("{answer:?} is none of 1 to 4"))),
+            };
+            match found {
+                Err(Failure::BadInput(why)) => dialog.tell(&why),
+                found => return found,
+            }
+        }
+    }
+
+    fn backup(arguments: &Arguments, path: &Path) -> Result<Self, Failure> {
+        let name = path.display();
+        let file = ParameterFile::read(path).map_err(bad_input)?;
+        let kept = file
+            .at(arguments.how.encoder.at)
+            .map_err(|problem| bad_input(format!("{name}: {problem}")))?
+            .clone();
+        if let Some(model) = arguments.how.encoder.label.model.filter(|model| *model != kept.model) {
+            return Err(bad_input(format!("--model {model}: {name} is of a {}", kept.model)));
+        }
+        let taken = kept.taken.as_ref().map_or_else(
+            || "a file without [taken]: somebody wrote it by hand".to_owned(),
+            |taken| format!("read at {} over {}, position {}", taken.at, taken.bus, taken.position),
+        );
+        let unknown = parameters_of(kept.model).filter(|parameter| kept.value(*parameter).is_none());
+        let unknown = unknown.map(|parameter| {
+            format!("{}: not in the file, so it stays as the new unit has it", parameter.key())
+        });
+        Ok(Self {
+            kind: "backup",
+            known: vec![format!("{name}: {taken}")],
+            assumed: Vec::new(),
+            unknown: unknown.collect(),
+            sound: true,
+            off_at_most: 0,
+            kept,
+        })
+    }
+
+    fn reconstructed(kind: &'static str, found: Reconstruction) -> Self {
+        let Reconstruction { kept, known, assumed, unknown, sound, off_at_most } = found;
+        Self { kind, kept, known, assumed, unknown, sound, off_at_most }
+    }
+
+    /// Whether there is something to program, and nothing contradicts.
+    pub(super) fn can_be_programmed(&self) -> bool {
+        self.sound && !self.kept.values.is_empty()
+    }
+
+    /// How `replace` ends where it only tells.
+    pub(super) fn answer(&self) -> Answer {
+        let whole = parameters_of(self.kept.model).all(|parameter| self.kept.value(parameter).is_some());
+        if self.can_be_programmed() && whole { Answer::Yes } else { Answer::Unknown }
+    }
+
+    /// Keeps it in a file.
+    pub(super) fn save(&self, path: &Path) -> Result<(), Failure> {
+        let mut kept = self.kept.clone();
+        kept.remarks.extend(self.assumed.iter().chain(&self.unknown).cloned());
+        ParameterFile::from(kept).write_new(path).map_err(bad_input)
+    }
+}
+
+fn model(arguments: &Arguments, dialog: &Dialog) -> Result<Model, Failure> {
+    if let Some(model) = arguments.how.encoder.label.model {
+        return Ok(model);
+    }
+    if dialog.is_silent() {
+        return Err(missing("--model MODEL"));
+    }
+    loop {
+        let answer = dialog.ask("Model on the type label of the old unit (la-66, ce-100-m or ce-65-m): ")?;
+        match answer.to_ascii_lowercase().parse() {
+            Ok(model) => return Ok(model),
+            Err(wrong) => dialog.tell(&format!("{answer:?}: {wrong}")),
+        }
+    }
+}
+
+/// Lines up to an empty one.
+fn lines(dialog: &Dialog, what: &str) -> Result<Vec<String>, Failure> {
+    let mut lines = Vec::new();
+    dialog.tell(&format!("\n{what}"));
+    loop {
+        match dialog.ask("> ")? {
+            line if line.is_empty() => return Ok(lines),
+            line => lines.push(line),
+        }
+    }
+}
+
+fn words(model: Model, list: &[String], decimal: bool) -> Result<Source, String> {
+    let bare = if decimal { Bare::Decimal } else { Bare::Hexadecimal };
+    let read = list.iter().map(|text| {
+        let read = word([text.as_str()], bare).map_err(|wrong| format!("{text:?}: {wrong}"))?;
+        Ok((read.bits, format!("word {text}")))
+    });
+    let read = read.collect::<Result<Vec<_>, String>>()?;
+    let findings = WordFindings::noted(model, read);
+    Ok(of_words("words", model, &findings))
+}
+
+fn of_words(kind: &'static str, model: Model, findings: &WordFindings) -> Source {
+    let mut source = Source::reconstructed(kind, Reconstruction::from_words(model, findings));
+    source.kept.marks = findings
+        .presets()
+        .into_iter()
+        .map(|preset| MachineMark {
+            name: format!("the place where {} is preset", preset.value),
+            shown: preset.value,
+            reference: None,
+        })
+        .collect();
+    source
+}
+
+fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source, Failure> {
+    let name = path.display().to_string();
+    let at = arguments.how.encoder.at;
+    let file = open(path, RECORDING_BYTES_MAX).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
+    let reader = Reader::new(name.clone(), file).map_err(bad_input)?;
+    let (mut several, mut failed) = (None, None);
+    let rows = reader.map_while(|row| match row {
+        Ok(row) => Some(row),
+        Err(error) => {
+            failed = Some(error);
+            None
+        }
+    });
+    let mut first = None;
+    let rows = rows.filter_map(|row| {
+        let here = row.position.map(usize::from);
+        if at.is_none() && *first.get_or_insert(here) != here {
+            several = here;
+        }
+        let word = match row.input {
+            Some(Input::Word(word)) => Some(InWord(word)),
+            _ => None,
+        };
+        (at.is_none() || here.is_none() || here == at).then(|| (word, format!("{name} line {}", row.line)))
+    });
+    let findings = WordFindings::recorded(model, rows);
+    if let Some(error) = failed {
+        return Err(bad_input(error));
+    }
+    if several.is_some() {
+        return Err(bad_input(format!("{name} is of several encoders; --at POSITION tells which")));
+    }
+    Ok(of_words("recording", model, &findings))
+}
+
+fn asked_positions(arguments: &Arguments, dialog: &Dialog, model: Model) -> Result<Source, Failure> {
+    let list = lines(
+        dialog,
+        "Positions and places, one a line, as \"1000=12.5 mm\" or \"1000=90 deg\" (degrees of the shaft);\nthree that are far \
+         apart are best. An empty line ends them:",
+    )?;
+    let known = list.iter().map(|line| KnownPosition::from_str(line));
+    let known = known.collect::<Result<Vec<_>, _>>().map_err(bad_input)?;
+    let rod = model.sensor_kind() == SensorKind::Linear;
+    let in_degrees = known.iter().all(|known| known.reference.scale == ReferenceUnit::Degrees);
+    let length = match arguments.mm_per_turn.or(arguments.length_mm) {
+        None if in_degrees && !rod => None,
+        None if rod => Some(asked_ratio(dialog, "Length of the rod on the type label, in mm: ")?),
+        None => Some(asked_ratio(
+            dialog,
+            "How far does the machine move in one turn of the encoder's shaft, in mm: ",
+        )?),
+        given => given,
+    };
+    positions(arguments, model, &known, length)
+}
+
+fn asked_ratio(dialog: &Dialog, question: &str) -> Result<Ratio, Failure> {
+    dialog.ask(question)?.parse().map_err(bad_input)
+}
+
+fn positions(
+    arguments: &Arguments,
+    model: Model,
+    known: &[KnownPosition],
+    length: Option<Ratio>,
+) -> Result<Source, Failure> {
+    let way = way(arguments, model, known, length)?;
+    let known = &within(arguments, known)?;
+    let wrap = if arguments.no_wrap { WrapBetween::Excluded } else { WrapBetween::Possible };
+    let told = |known: &KnownPosition| MachineMark {
+        name: format!("place {}", known.reference),
+        shown: known.shown,
+        reference: Some(known.reference),
+    };
+    let marks: Vec<_> = known.iter().map(told).collect();
+    let line = match Line::of(known, way, wrap) {
+        Ok(line) => line,
+        Err(unsettled) => {
+            return Ok(Source {
+                kind: "positions",
+                kept: KeptEncoder { marks, ..KeptEncoder::new(model) },
+                known: Vec::new(),
+                assumed: Vec::new(),
+                unknown: vec![unsettled.to_string()],
+                sound: false,
+                off_at_most: 0,
+            });
+        }
+    };
+    let found = Reconstruction::from_positions(model, &line, arguments.turns).ok_or_else(|| {
+        bad_input(
+            "no measuring length gives these positions over so many turns; leave --turns out, or correct it",
+        )
+    })?;
+    let mut source = Source::reconstructed("positions", found);
+    source.kept.marks = marks;
+    let missing = |parameter: &Parameter| source.kept.value(*parameter).is_none();
+    let missing: Vec<_> = parameters_of(model).filter(missing).collect();
+    for parameter in missing {
+        source.unknown.push(format!("{}: it stays as the new unit has it", parameter.key()));
+    }
+    Ok(source)
+}
+
+/// The known positions, with their places as exact as somebody says.
+fn within(arguments: &Arguments, known: &[KnownPosition]) -> Result<Vec<KnownPosition>, Failure> {
+    let Some(within) = arguments.within else { return Ok(known.to_vec()) };
+    let off = || {
+        bad_input(format!("--within {within}: give how far off a place may be, as \"0.1 mm\", up to 1000"))
+    };
+    let digit =
+        u32::try_from(within.millionths.saturating_mul(2)).ok().filter(|digit| *digit <= 2_000_000_000);
+    let digit = digit.ok_or_else(off)?;
+    let exact = |known: &KnownPosition| {
+        if known.reference.scale != within.scale {
+            return Err(bad_input(format!("--within {within}: {} is in another unit", known.reference)));
+        }
+        Ok(KnownPosition { reference: Reference { digit, ..known.reference }, ..*known })
+    };
+    known.iter().map(exact).collect()
+}
+
+/// What a turn or the rod is on the machine's scale.
+fn way(
+    arguments: &Arguments,
+    model: Model,
+    known: &[KnownPosition],
+    length: Option<Ratio>,
+) -> Result<MeasuredWay, Failure> {
+    let rod = model.sensor_kind() == SensorKind::Linear;
+    let unit = known.first().map_or(ReferenceUnit::Millimetres, |known| known.reference.scale);
+    let native = arguments.how.encoder.label.native;
+    let steps = model.steps_per_turn();
+    let (fewest, most) = match (rod, native) {
+        // A rod counts in micrometres at the coarsest.
+        (true, _) => (1, encoring_words::word::DATA_MAX),
+        (false, Some(native)) => (native, native),
+        (false, None) => (steps.first().copied().unwrap_or(1), steps.last().copied().unwrap_or(1)),
+    };
+    let length = match (unit, rod, length) {
+        (ReferenceUnit::Degrees, true, _) => {
+            return Err(bad_input(format!("a {model} is a rod: its places are in mm, not in degrees")));
+        }
+        (ReferenceUnit::Degrees, false, _) => (360, 1),
+        (ReferenceUnit::Millimetres, true, None) => {
+            return Err(bad_input("--length-mm is missing: that of the rod"));
+        }
+        (ReferenceUnit::Millimetres, false, None) => {
+            return Err(bad_input(
+                "--mm-per-turn is missing: how far the machine moves in one turn of the shaft; or give degrees of the shaft",
+            ));
+        }
+        (ReferenceUnit::Millimetres, _, Some(length)) => (length.numerator(), length.denominator()),
+    };
+    let fewest = if rod { rod_grain(length) } else { fewest };
+    Ok(MeasuredWay { length, unit, fewest_steps: fewest, most_steps: most })
+}
+
+/// Micrometres of a rod.
+fn rod_grain((numerator, denominator): (u128, u128)) -> u32 {
+    u32::try_from(numerator.saturating_mul(1_000) / denominator.max(1)).unwrap_or(u32::MAX)
+}
