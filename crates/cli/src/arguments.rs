@@ -1,6 +1,7 @@
 //! Values that more than one command takes.
 
 use std::collections::BTreeSet;
+use std::str::FromStr;
 use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -38,7 +39,7 @@ pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
 
 /// A model by its name.
 pub(crate) fn model_name(text: &str) -> Result<Model, UnknownModel> {
-    text.parse()
+    Model::from_str(text)
 }
 
 /// The steps per turn that any rotary encoder can have, as text.

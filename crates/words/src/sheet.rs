@@ -5,6 +5,8 @@ use crate::time::Duration;
 
 mod entries;
 mod rules;
+#[cfg(test)]
+mod tests;
 
 pub use entries::PRESET_INPUT;
 pub(crate) use entries::{CE_65_M, CE_100_M, LA_66};

@@ -416,17 +416,8 @@ fn words(f: &mut fmt::Formatter<'_>, heading: &str, words: &[WordView]) -> fmt::
 
 impl fmt::Display for ExplainView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let models = self.models.join(", ");
-        match self.native {
-            Some(native) => writeln!(f, "{models}, {native} steps per turn on the rating plate\n")?,
-            None => writeln!(f, "{models}\n")?,
-        }
-        writeln!(f, "service  value                         decimal      hex")?;
         let values = [Some(&self.measuring_length), self.numerator.as_ref(), self.denominator.as_ref()];
-        for (letter, of) in ["S", "N", "D"].into_iter().zip(values.into_iter().flatten()) {
-            text::value(f, letter, of)?;
-        }
-        writeln!(f)?;
+        text::head(f, &self.models, self.native, values.into_iter().flatten())?;
         self.notes.iter().try_for_each(|note| note.fmt(f))?;
         words(f, "write", &self.words)?;
         writeln!(f)?;

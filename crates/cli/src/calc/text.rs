@@ -29,7 +29,24 @@ shows there once; the next service 08 then answers 88000000.
     }
 }
 
-pub(super) fn value(f: &mut fmt::Formatter<'_>, letter: &str, value: &ValueView) -> fmt::Result {
+/// Of which models the values are, and the values.
+pub(super) fn head<'a>(
+    f: &mut fmt::Formatter<'_>,
+    models: &[&str],
+    native: Option<u32>,
+    values: impl Iterator<Item = &'a ValueView>,
+) -> fmt::Result {
+    let models = models.join(", ");
+    match native {
+        Some(native) => writeln!(f, "{models}, {native} steps per turn on the rating plate\n")?,
+        None => writeln!(f, "{models}\n")?,
+    }
+    writeln!(f, "service  value                         decimal      hex")?;
+    ["S", "N", "D"].into_iter().zip(values).try_for_each(|(letter, of)| value(f, letter, of))?;
+    writeln!(f)
+}
+
+fn value(f: &mut fmt::Formatter<'_>, letter: &str, value: &ValueView) -> fmt::Result {
     let Some(service) = value.service else { return Ok(()) };
     let name = format!("{letter}, {}", service.name());
     writeln!(f, "{:02X}       {name:<28} {:>8}  {}h", service.number(), value.value, value.hex)
@@ -68,16 +85,7 @@ fn step(f: &mut fmt::Formatter<'_>, step: &StepView) -> fmt::Result {
 
 impl fmt::Display for CalcView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let models = self.models.join(", ");
-        match self.native {
-            Some(native) => writeln!(f, "{models}, {native} steps per turn on the rating plate\n")?,
-            None => writeln!(f, "{models}\n")?,
-        }
-        writeln!(f, "service  value                         decimal      hex")?;
-        for (letter, of) in ["S", "N", "D"].into_iter().zip(self.values()) {
-            value(f, letter, of)?;
-        }
-        writeln!(f)?;
+        head(f, &self.models, self.native, self.values())?;
         self.notes.iter().try_for_each(|note| note.fmt(f))?;
         if let Some(axis) = &self.axis {
             proposals(f, &axis.proposals)?;
