@@ -1,13 +1,17 @@
 //! Values that more than one command takes.
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValue, PossibleValuesParser, StringValueParser, TypedValueParser};
+use clap::{Arg, Command};
 use encoring_host::scaling::Ratio;
 use encoring_ring::ENCODERS_MAX;
+use encoring_words::change::{PARTS, ParameterPart};
 use encoring_words::model::{MODELS, UnknownModel};
+use encoring_words::number::{self, NumberError, TypedValue};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Model, Parameter, Service};
 
@@ -24,17 +28,37 @@ pub(crate) use table::TableArguments;
 
 /// A ring position; whatever the bus, there are no more.
 pub(crate) fn position(text: &str) -> Result<usize, String> {
-    let digits = !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
-    let number = text.parse::<usize>().ok().filter(|_| digits);
+    let digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    let number = number::value(text).ok().filter(|_| digits);
     number
+        .and_then(|value| usize::try_from(value.number).ok())
         .filter(|number| *number < ENCODERS_MAX)
         .ok_or_else(|| format!("{text:?} is no position; a ring has 0 to {}", ENCODERS_MAX - 1))
 }
 
-/// One of the three models, by its name.
+/// One of the three models, by its name or as its type label has it.
 pub(crate) fn model() -> impl TypedValueParser<Value = Model> {
-    PossibleValuesParser::new(MODELS.map(Model::name))
-        .try_map(|name| -> Result<Model, UnknownModel> { name.parse() })
+    ModelParser
+}
+
+#[derive(Clone, Copy)]
+struct ModelParser;
+
+impl TypedValueParser for ModelParser {
+    type Value = Model;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        argument: Option<&Arg>,
+        label: &OsStr,
+    ) -> Result<Model, clap::Error> {
+        StringValueParser::new().try_map(|label| model_name(&label)).parse_ref(command, argument, label)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(MODELS.map(|model| PossibleValue::new(model.name())).into_iter()))
+    }
 }
 
 /// A model by its name.
@@ -50,7 +74,8 @@ static NATIVE: LazyLock<Vec<String>> = LazyLock::new(|| {
 
 /// Steps per turn, as a rating plate has them.
 pub(crate) fn native() -> impl TypedValueParser<Value = u32> {
-    PossibleValuesParser::new(NATIVE.iter().map(String::as_str)).try_map(|steps| steps.parse::<u32>())
+    PossibleValuesParser::new(NATIVE.iter().map(String::as_str))
+        .try_map(|steps| number::value(&steps).map(|value| value.number).map_err(|error| error.to_string()))
 }
 
 /// One parameter, or every one that the model has.
@@ -60,11 +85,36 @@ pub(crate) enum Parameters {
     One(Parameter),
 }
 
+/// What a write changes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Named {
+    Parameter(Parameter),
+    Part(ParameterPart),
+}
+
+impl Named {
+    pub(crate) const fn parameter(self) -> Parameter {
+        match self {
+            Self::Parameter(parameter) => parameter,
+            Self::Part(part) => part.parameter(),
+        }
+    }
+}
+
+/// A parameter, or a part of one by its name.
+pub(crate) fn named(text: &str) -> Result<Named, String> {
+    let name = text.to_ascii_lowercase().replace('-', "_");
+    match PARTS.into_iter().find(|part| part.name() == name) {
+        Some(part) => Ok(Named::Part(part)),
+        None => parameter(text).map(Named::Parameter),
+    }
+}
+
 /// A parameter by its name, with `-` or `_`, or by the number of its service.
-pub(crate) fn parameter(text: &str) -> Result<Parameter, String> {
+fn parameter(text: &str) -> Result<Parameter, String> {
     let name = text.to_ascii_lowercase().replace('-', "_");
     let is_number = text.len() <= 2 && text.bytes().all(|digit| digit.is_ascii_hexdigit());
-    let number = if is_number { u8::from_str_radix(text, 16).ok() } else { None };
+    let number = if is_number { service_number(text) } else { None };
     let named = |service: Service, names: [&str; 2]| {
         Some(service.number()) == number || names.contains(&name.as_str())
     };
@@ -79,29 +129,37 @@ pub(crate) fn parameter(text: &str) -> Result<Parameter, String> {
         .find(|parameter| parameter.key() == name || Some(parameter.service().number()) == number);
     found.ok_or_else(|| {
         let names = PARAMETERS.map(|parameter| parameter.key().replace('_', "-"));
-        format!("no parameter; there are {}, or 01, 02, 03, 04, 05, 09, 0D", names.join(", "))
+        let parts = PARTS.map(|part| part.name().replace('_', "-"));
+        format!(
+            "no parameter; there are {}, or 01, 02, 03, 04, 05, 09, 0D; and parts of them: {}",
+            names.join(", "),
+            parts.join(", ")
+        )
     })
+}
+
+#[expect(clippy::disallowed_methods, reason = "two digits of a service, which are hexadecimal everywhere")]
+fn service_number(text: &str) -> Option<u8> {
+    u8::from_str_radix(text, 16).ok()
 }
 
 /// A parameter, or `all`.
 pub(crate) fn parameters(text: &str) -> Result<Parameters, String> {
-    if text == "all" { Ok(Parameters::All) } else { parameter(text).map(Parameters::One) }
+    if text == "all" {
+        Ok(Parameters::All)
+    } else {
+        named(text).map(|named| Parameters::One(named.parameter()))
+    }
 }
 
-/// A value of 24 bits: decimal, or hexadecimal as `0x270F` or `270Fh`.
+/// A value of 24 bits, as people write it.
 pub(crate) fn value(text: &str) -> Result<u32, String> {
-    let hex = text.strip_prefix("0x").or_else(|| text.strip_suffix(['h', 'H']));
-    let digits = |text: &str, radix| {
-        let all = !text.is_empty() && text.chars().all(|digit| digit.is_digit(radix));
-        if all { u32::from_str_radix(text, radix).ok() } else { None }
-    };
-    let found = match hex {
-        Some(hex) => digits(hex, 16),
-        None => digits(text, 10),
-    };
-    found
-        .filter(|value| *value <= encoring_words::word::DATA_MAX)
-        .ok_or_else(|| "not a number from 0 to 16777215; hexadecimal as 0x270F or 270Fh".to_owned())
+    typed_value(text).map(|value| value.number)
+}
+
+/// The same with the base in which limits are told.
+pub(crate) fn typed_value(text: &str) -> Result<TypedValue, String> {
+    number::value(text).map_err(|error: NumberError<'_>| error.to_string())
 }
 
 /// A length in millimetres with at most two decimals [D40], as micrometres.
@@ -141,15 +199,11 @@ mod tests {
     }
 
     #[test]
-    fn a_value_is_decimal_or_marked_as_hexadecimal() {
-        for (text, found) in
-            [("9999", 9_999), ("0x270F", 9_999), ("270fh", 9_999), ("0", 0), ("FFFFFFh", 0xFF_FFFF)]
-        {
-            assert_eq!(value(text), Ok(found), "{text}");
-        }
-        for wrong in ["", "h", "0x", "270F", "-1", "+1", "1.5", "16777216", "0x1000000", "99999999999"] {
-            assert!(value(wrong).is_err(), "{wrong}");
-        }
+    fn a_part_of_a_parameter_has_a_name() {
+        assert_eq!(named("ssi-bits"), Ok(Named::Part(ParameterPart::SsiBits)));
+        assert_eq!(named("Direction"), Ok(Named::Part(ParameterPart::Direction)));
+        assert_eq!(named("0d"), Ok(Named::Parameter(Parameter::SsiValues)));
+        assert_eq!(parameters("ssi_code"), Ok(Parameters::One(Parameter::SsiValues)));
     }
 
     #[test]

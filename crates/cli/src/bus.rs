@@ -72,6 +72,7 @@ pub(crate) fn simulated_ring(address: &str) -> Result<Option<Scenario>, Failure>
 }
 
 /// The address of a gateway.
+#[expect(clippy::disallowed_methods, reason = "the address of a bus")]
 pub(crate) fn gateway(address: &str) -> Result<Address, Failure> {
     address
         .parse()

@@ -23,6 +23,7 @@ mod probe;
 mod program;
 mod programming;
 mod read;
+mod registers;
 mod release;
 mod replace;
 mod replay;

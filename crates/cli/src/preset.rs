@@ -1,6 +1,7 @@
 //! `encoring preset`: the position shall be this value, here and now.
 
 use clap::Args;
+use encoring_words::number::TypedValue;
 
 use crate::arguments;
 use crate::arguments::bus::Encoder;
@@ -25,8 +26,8 @@ Examples:
   encoring preset 5000 --bus modbus-tcp://192.168.1.10 --at 0 --model la-66 --yes")]
 pub(crate) struct Arguments {
     /// What the position shall be, in steps
-    #[arg(value_parser = arguments::value)]
-    value: u32,
+    #[arg(value_parser = arguments::typed_value, allow_negative_numbers = true)]
+    value: TypedValue,
     #[command(flatten)]
     encoder: Encoder,
     #[command(flatten)]

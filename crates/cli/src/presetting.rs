@@ -8,6 +8,7 @@ use encoring_host::preset::{Done, Preset, PresetReport, position};
 use encoring_host::service::check;
 use encoring_host::session::Fate;
 use encoring_words::InWord;
+use encoring_words::number::TypedValue;
 use encoring_words::parameter::Code;
 use serde::Serialize;
 
@@ -22,7 +23,7 @@ use crate::told::{Failed, FailureView, StatusView, TargetView};
 #[derive(Clone, Copy)]
 pub(crate) struct Presetting {
     /// What the position shall be, in steps.
-    pub(crate) value: u32,
+    pub(crate) value: TypedValue,
     pub(crate) consent: Consent,
 }
 
@@ -101,7 +102,7 @@ impl Presetting {
         let question = format!(
             "{}: the position is {shown} now and shall be {}.{} The old zero cannot be read back.",
             TargetView::new(target),
-            self.value,
+            self.value.number,
             moves.as_ref().map(|moves| format!(" Stop the axis: {moves}.")).unwrap_or_default()
         );
         confirmed(self.consent, &question)?;
@@ -137,7 +138,7 @@ impl Presetting {
         };
         PresetView {
             target: TargetView::new(target),
-            wanted: self.value,
+            wanted: self.value.number,
             before: shown,
             after: shown,
             done: false,
@@ -168,7 +169,7 @@ impl Presetting {
         text.extend(moves);
         PresetView {
             target: TargetView::new(target),
-            wanted: self.value,
+            wanted: self.value.number,
             before: report.before,
             after: report.after,
             done: report.result == Ok(Done::Confirmed),
@@ -182,10 +183,10 @@ impl Presetting {
     /// What the report comes to.
     fn text(self, report: &PresetReport<MasterError>) -> Vec<String> {
         let mut text = match &report.result {
-            Ok(Done::Confirmed) if report.after == Some(self.value) => vec!["done".to_owned()],
+            Ok(Done::Confirmed) if report.after == Some(self.value.number) => vec!["done".to_owned()],
             Ok(Done::Confirmed) => vec![format!(
                 "done: the position is no longer {}, as far from it as it moved before",
-                self.value
+                self.value.number
             )],
             Ok(Done::Acknowledged) => vec![
                 "acknowledged, not confirmed: the encoder reported no error, but the position does not show the \
@@ -211,7 +212,7 @@ impl Presetting {
         };
         if fate == Fate::Unknown {
             let seems = match (report.before, report.after) {
-                (Some(before), Some(after)) if after == self.value && before != after => {
+                (Some(before), Some(after)) if after == self.value.number && before != after => {
                     "the position is what was asked for, so it seems to be done"
                 }
                 (Some(before), Some(after)) if after == before => {

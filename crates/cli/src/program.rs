@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             let file = ParameterFile::read(path).map_err(bad_input)?;
             let at = arguments.how.encoder.at;
             let kept = file.at(at).map_err(|problem| bad_input(format!("{}: {problem}", path.display())))?;
-            if kept.values.is_empty() {
+            if kept.values.is_empty() && kept.parts.is_empty() {
                 let path = path.display();
                 return Err(bad_input(format!("{path}: no value in [parameters], so nothing to program")));
             }
@@ -73,6 +73,9 @@ fn of_file(file: KeptEncoder, target: Target) -> Result<Wanted, Failure> {
         (Some(file), Some(own)) if file != own => Err(bad_input(format!(
             "the file is of an encoder with {file} steps per turn, this one has {own}"
         ))),
-        _ => Ok(Wanted { values: file.values, warnings: Vec::new() }),
+        _ => {
+            let whole = file.values.into_iter().map(|(parameter, value)| (parameter, value.into()));
+            Ok(Wanted { values: whole.chain(file.parts).collect(), warnings: Vec::new() })
+        }
     }
 }

@@ -8,6 +8,7 @@ use std::time::SystemTime;
 use clap::Args;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Back, Prepared, Program, Report, Stopped};
+use encoring_words::explain::Meaning;
 use encoring_workshop::journal::{IntendedValue, Intent};
 use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
@@ -78,8 +79,8 @@ impl How {
         wanted: &Wanted,
     ) -> Result<ProgramView, Failure> {
         let mut program = Program::new(target.model, target.native);
-        for (parameter, value) in &wanted.values {
-            program.set(*parameter, *value).map_err(bad_input)?;
+        for (parameter, change) in &wanted.values {
+            program.set(*parameter, *change).map_err(bad_input)?;
         }
         opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
         let noted = self.journal.of(opened, target.position);
@@ -269,6 +270,9 @@ impl Programming<'_> {
         for row in prepared.rows().filter(|row| row.changes()) {
             if let (Some(before), Some(wanted)) = (row.before, row.wanted) {
                 text += &format!("\n  {} {before} -> {wanted}", row.parameter.key());
+                if let Some(meaning) = Meaning::of(row.parameter, self.target.model, wanted) {
+                    text += &format!(" ({meaning})");
+                }
             }
         }
         for warning in self.warnings {

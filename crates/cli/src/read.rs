@@ -71,7 +71,7 @@ impl ReadView {
 impl fmt::Display for ReadView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}", self.target)?;
-        writeln!(f, "service  parameter            decimal     hex")?;
+        writeln!(f, "service  parameter            decimal      hex")?;
         for parameter in &self.parameters {
             writeln!(f, "{parameter}")?;
         }

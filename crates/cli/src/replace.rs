@@ -179,7 +179,8 @@ impl Replacing<'_> {
     }
 
     fn work(&self, how: &How, opened: &mut Opened) -> Result<ProgramView, Failure> {
-        let wanted = Wanted { values: self.source.kept.values.clone(), warnings: Vec::new() };
+        let values = self.source.kept.values.iter().map(|(parameter, value)| (*parameter, (*value).into()));
+        let wanted = Wanted { values: values.collect(), warnings: Vec::new() };
         how.work("replace", opened, self.target, &wanted)
     }
 
@@ -203,7 +204,7 @@ impl Replacing<'_> {
             view.left("the zero was not made: the answer was no");
             return Ok(false);
         }
-        let presetting = Presetting { value: mark.shown, consent: Consent { yes: true } };
+        let presetting = Presetting { value: mark.shown.into(), consent: Consent { yes: true } };
         let preset: PresetView = presetting.adjust(opened, self.target)?;
         self.dialog.tell(&preset.to_string());
         view.preset(&mark, preset);

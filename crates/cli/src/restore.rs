@@ -57,7 +57,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let how = arguments.of(kept)?;
     let (mut opened, target) = how.open("restore")?;
     let carried = arguments.carried(&name, kept, target)?;
-    let wanted = Wanted { values: carried.values, warnings: warnings(&name, target, &carried.lost) };
+    let values = carried.values.into_iter().map(|(parameter, value)| (parameter, value.into())).collect();
+    let wanted = Wanted { values, warnings: warnings(&name, target, &carried.lost) };
     let told = how.work("restore", &mut opened, target, &wanted);
     let told = told.map(|program| {
         let address = opened.address.clone();

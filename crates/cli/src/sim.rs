@@ -138,6 +138,7 @@ fn level(_: &str) -> Result<Infallible, &'static str> {
 }
 
 /// An address to listen on; `None` for `off`.
+#[expect(clippy::disallowed_methods, reason = "a port, not a value of an encoder")]
 fn address(option: &str, text: &str) -> Result<Option<SocketAddr>, Failure> {
     if text == "off" {
         return Ok(None);

@@ -7,7 +7,7 @@ use clap::Args;
 use encoring_bus::watch::Subject;
 use encoring_bus::{Judge, Tolerance};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, Model, Parameter};
+use encoring_words::{Duration, Model};
 use encoring_workshop::{KeptEncoder, ParameterFile};
 
 use crate::arguments;
@@ -102,7 +102,7 @@ impl SubjectArguments {
         for (k, text) in self.parameters.iter().enumerate() {
             let named = text
                 .split_once('=')
-                .and_then(|(position, file)| Some((position.parse::<usize>().ok()?, file)));
+                .and_then(|(position, file)| Some((arguments::position(position).ok()?, file)));
             let (place, name) = match named {
                 Some((position, file)) => {
                     let place = asked.iter_mut().find(|asked| asked.position == position);
@@ -175,8 +175,7 @@ impl SubjectArguments {
             ([only], None) => Some(Sensor::Rotary { steps_per_turn: *only }),
             (_, Some(native)) => Some(built_with(model, native)?),
         };
-        let values: Vec<(Parameter, u32)> =
-            file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();
+        let values = file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();
         let judge = Judge::new(model, sensor, &values, self.tolerance())
             .map_err(|error| bad_input(format!("{name}: {error}")))?;
         Ok(Subject { position, judge })

@@ -153,9 +153,9 @@ impl ParameterView {
 impl fmt::Display for ParameterView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let value = self.value.map_or_else(|| "?".to_owned(), |value| value.to_string());
-        let hex = self.value_hex.as_deref().unwrap_or("");
+        let hex = self.value_hex.as_ref().map(|hex| format!("{hex}h")).unwrap_or_default();
         let meaning = self.meaning.as_deref().unwrap_or("");
-        let line = format!("{:<7}  {:<18}  {value:>8}  {hex:>6}  {meaning}", self.service, self.name);
+        let line = format!("{:<7}  {:<18}  {value:>8}  {hex:>7}  {meaning}", self.service, self.name);
         f.write_str(line.trim_end())
     }
 }

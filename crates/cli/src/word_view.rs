@@ -461,7 +461,7 @@ impl DataView {
                         Some(name) if has_data => format!("{name} ({low:X}h..{high:X}h): {meaning}"),
                         Some(name) => format!("{name} ({low:X}h..{high:X}h)"),
                     };
-                    let value_hex = if has_data { format!("  {value:02X}") } else { String::new() };
+                    let value_hex = if has_data { format!("  {value:02X}h") } else { String::new() };
                     view.text.push(format!("byte {number}{value_hex}  {line}"));
                     view.bytes.push(ByteView { byte: number, name, value, low, high, meaning });
                 }

@@ -1,36 +1,57 @@
 //! `encoring write`: one value that shall count.
 
 use clap::Args;
-use encoring_words::Parameter;
+use encoring_words::change::ParameterChange;
 
 use crate::arguments;
+use crate::arguments::Named;
 use crate::arguments::range::Wanted;
-use crate::output::{Answer, Failure};
+use crate::output::{Answer, Failure, bad_input, note};
 use crate::programming::How;
 
-/// Write one parameter: write, check, read back, compare
+/// Write one parameter, or a part of one: write, check, read back, compare
 ///
-/// The same as `program` with one value.
+/// The same as `program` with one value. Of a part the rest of its parameter is read first and written back as it is.
 #[derive(Args, Debug)]
 #[command(after_help = "\
+Parts: direction rising|falling, position-code binary|gray, ssi-bits N, ssi-code
+binary|gray, ssi-repetition true|false.
+
 Exit codes: 0 done and verified; 1 refused, not confirmed, or another master is at
 work; 2 bad input or usage; 3 no answer.
 
 Examples:
   encoring write measuring-length 9999 --bus sim --at 0
-  encoring write 0D 0x000119 --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m")]
+  encoring write ssi-bits 25 --bus sim --at 2
+  encoring write ssi-values bits=25,code=gray --bus sim --at 2
+  encoring write 0D 000119h --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m")]
 pub(crate) struct Arguments {
-    /// A parameter by name, or the number of its service
-    #[arg(value_parser = arguments::parameter)]
-    parameter: Parameter,
-    /// Decimal, or hexadecimal as 0x270F or 270Fh
-    #[arg(value_parser = arguments::value)]
-    value: u32,
+    /// A parameter by name, or the number of its service, or a part by name
+    #[arg(value_parser = arguments::named)]
+    parameter: Named,
+    /// Decimal, or hexadecimal as 270Fh, 0x270F or 16#270F; or the words of a part
+    #[arg(allow_negative_numbers = true)]
+    value: String,
     #[command(flatten)]
     how: How,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let values = vec![(arguments.parameter, arguments.value)];
-    arguments.how.run("write", |_| Ok(Wanted { values, warnings: Vec::new() }))
+    let text = arguments.value.as_str();
+    let change = match arguments.parameter {
+        Named::Part(part) => ParameterChange::part(part, text),
+        Named::Parameter(parameter) => ParameterChange::read(parameter, text),
+    };
+    let change = change.map_err(bad_input)?;
+    let parameter = arguments.parameter.parameter();
+    arguments.how.run("write", |target| {
+        let change = change.completed(parameter, target.model);
+        if !change.is_whole() {
+            note(&format!(
+                "note: only this part of {} changes; the rest is read first and written back as it is",
+                parameter.key()
+            ));
+        }
+        Ok(Wanted { values: vec![(parameter, change)], warnings: Vec::new() })
+    })
 }

@@ -1,4 +1,5 @@
 //! `encoring calc`, run as a user runs it.
+#![allow(clippy::disallowed_methods, reason = "a test reads what was printed")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, reason = "a test may panic")]
 
 use std::process::Command;

@@ -1,4 +1,5 @@
 //! The master's commands through a gateway that misbehaves, as their users run both.
+#![allow(clippy::disallowed_methods, reason = "a test reads what was printed")]
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,

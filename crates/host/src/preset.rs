@@ -1,5 +1,6 @@
 //! The preset adjustment as a user means it: the position shall be this value, here and now [R73..R76].
 
+use encoring_words::number::TypedValue;
 use encoring_words::parameter::{Code, CountingDirection};
 use encoring_words::word::In;
 use encoring_words::{Duration, InWord, Instant, Model, Parameter, gray};
@@ -72,7 +73,7 @@ impl Preset {
     pub fn prepare<S: Services>(
         services: &mut S,
         model: Model,
-        value: u32,
+        value: impl Into<TypedValue>,
     ) -> Result<Self, Failure<S::Error>> {
         sound(services)?;
         let length = read_surely(services, model, Parameter::MeasuringLength)?;

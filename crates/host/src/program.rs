@@ -14,6 +14,7 @@
 //! If a step fails, the old values are written back and checked in the same way. The report says in any case what
 //! every parameter holds now, or that it is not known.
 
+use encoring_words::change::ParameterChange;
 use encoring_words::model::{Effect, Sensor, SensorKind};
 use encoring_words::parameter::{Code, CountingDirection, PARAMETERS, ParameterSet};
 use encoring_words::word::In;
@@ -29,7 +30,7 @@ use crate::session::Fate;
 pub struct Program {
     model: Model,
     sensor: Sensor,
-    wanted: [Option<u32>; PARAMETERS.len()],
+    wanted: [Option<ParameterChange>; PARAMETERS.len()],
 }
 
 /// How it went.
@@ -58,7 +59,8 @@ pub struct ParameterRow {
     pub parameter: Parameter,
     /// What it held before; `None` if it was not read.
     pub before: Option<u32>,
-    /// What it shall hold, as the encoder stores it; `None` if it was to stay.
+    /// What it shall hold, as the encoder stores it; `None` if it was to stay, and if that depends on what was not
+    /// read.
     pub wanted: Option<u32>,
     /// What it holds now; `None` if that is not known.
     pub now: Option<u32>,
@@ -95,6 +97,15 @@ pub enum Stopped<E> {
         wanted: u32,
         /// What was read back.
         read: u32,
+    },
+    /// A part of a parameter would be stored as something else, because of its other parts; nothing was written.
+    Overruled {
+        /// Which.
+        parameter: Parameter,
+        /// What was to be stored.
+        asked: u32,
+        /// What would be.
+        stored: u32,
     },
     /// A parameter cannot be read: with an error pending that remains, a 0 may also be a record that cannot be read.
     Unreadable {
@@ -136,26 +147,40 @@ impl Program {
         Self { model, sensor, wanted: [None; PARAMETERS.len()] }
     }
 
-    /// Adds a value.
+    /// Adds a value, or what shall become of a part of one.
     ///
     /// # Errors
     /// [`crate::RequestError`] if the encoder would refuse it.
-    pub fn set(&mut self, parameter: Parameter, value: u32) -> Result<(), crate::RequestError> {
-        let request = Request::write(self.model, parameter, value)?;
-        // A legal value has a normalised form.
-        let normalised = parameter.normalise(self.model, request.data());
-        debug_assert!(normalised.is_ok(), "{parameter:?}: {normalised:?}");
-        let stored = normalised.unwrap_or(request.data());
+    pub fn set(
+        &mut self,
+        parameter: Parameter,
+        change: impl Into<ParameterChange>,
+    ) -> Result<(), crate::RequestError> {
+        let change = change.into();
+        // The parts that stay are legal, whatever they are.
+        let others = ParameterSet::factory(self.model, self.sensor).value(parameter);
+        Request::write(self.model, parameter, change.of(others))?;
         if let Some(wanted) = self.wanted.get_mut(parameter as usize) {
-            *wanted = Some(stored);
+            *wanted = Some(change);
         }
         Ok(())
     }
 
-    /// The value that a parameter is to get, as the encoder stores it.
-    #[must_use]
-    pub fn wanted(&self, parameter: Parameter) -> Option<u32> {
+    fn change(&self, parameter: Parameter) -> Option<ParameterChange> {
         self.wanted.get(parameter as usize).copied().flatten()
+    }
+
+    /// The value that a parameter is to get, as the encoder stores it; `None` also if what it held is needed for that
+    /// and not known.
+    #[must_use]
+    pub fn wanted(&self, parameter: Parameter, before: Option<u32>) -> Option<u32> {
+        let change = self.change(parameter)?;
+        let old = if change.is_whole() { Some(0) } else { before };
+        let asked = change.of(old?).number;
+        // A legal value has a normalised form.
+        let normalised = parameter.normalise(self.model, asked);
+        debug_assert!(normalised.is_ok(), "{parameter:?}: {normalised:?}");
+        Some(normalised.unwrap_or(asked))
     }
 
     /// The model.
@@ -168,7 +193,7 @@ impl Program {
     #[must_use]
     pub fn judge(&self, mut set: ParameterSet) -> ErrorStatus {
         for parameter in PARAMETERS {
-            if let Some(wanted) = self.wanted(parameter) {
+            if let Some(wanted) = self.wanted(parameter, Some(set.value(parameter))) {
                 set.set(parameter, wanted);
             }
         }
@@ -210,7 +235,7 @@ impl<E> Prepared<E> {
             known.then_some(ParameterRow {
                 parameter,
                 before: None,
-                wanted: program.wanted(parameter),
+                wanted: program.wanted(parameter, None),
                 now: None,
             })
         });
@@ -330,11 +355,15 @@ impl<E> Prepared<E> {
         find_out(services, self.program.model, &mut self.rows, doubts, |_| true)?;
         for row in self.rows.iter_mut().flatten() {
             row.before = row.now;
+            row.wanted = self.program.wanted(row.parameter, row.before);
         }
+        self.overruled()?;
         // Where nothing is written, or no data check looks at the values together, the others do not matter.
         let together = self.changes() && self.program.model.effect() == Effect::AtDataCheck;
         let mut unreadable = self.rows().filter(|row| row.before.is_none());
-        if let Some(row) = unreadable.clone().find(|row| together || row.wanted.is_some()) {
+        if let Some(row) =
+            unreadable.clone().find(|row| together || self.program.change(row.parameter).is_some())
+        {
             return Err(Stopped::Unreadable { parameter: row.parameter });
         }
         if unreadable.next().is_some() && !together {
@@ -349,6 +378,20 @@ impl<E> Prepared<E> {
         }
         let refused = self.program.judge(set);
         if refused.is_empty() { Ok(()) } else { Err(Stopped::WouldBeRefused(refused)) }
+    }
+
+    /// A part that the encoder would store as something else because of the parts that stay [R119].
+    fn overruled(&self) -> Result<(), Stopped<E>> {
+        for row in self.rows() {
+            if let (Some(change), Some(stored)) = (self.program.change(row.parameter), row.wanted)
+                && !change.is_whole()
+                && change.of(stored).number != stored
+            {
+                let asked = change.of(stored).number;
+                return Err(Stopped::Overruled { parameter: row.parameter, asked, stored });
+            }
+        }
+        Ok(())
     }
 
     fn forward<S: Services<Error = E>>(&mut self, services: &mut S) -> Result<(), Stopped<E>> {

@@ -1,6 +1,8 @@
 //! What a master may ask of an encoder, and how it tells the answer from every other word.
 
 use encoring_words::explain::{Deed, Legal};
+use encoring_words::model::Takes;
+use encoring_words::number::TypedValue;
 use encoring_words::parameter::{OutOfRange, Parameter, within};
 use encoring_words::word::{DATA_MAX, ERROR_BIT, In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, Model, OutWord, Service};
@@ -18,12 +20,24 @@ pub struct Request {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
     /// The value lies outside its range.
-    #[error("{}: {range}", .service.name())]
+    #[error("{}: {typed} is outside {}..{}", .service.name(), .typed.like(*.low), .typed.like(*.high))]
     Range {
         /// The service.
         service: Service,
-        /// The value and its range.
-        range: OutOfRange,
+        /// The value that decided, in the base that was typed.
+        typed: TypedValue,
+        /// The smallest legal value.
+        low: u32,
+        /// The largest legal value.
+        high: u32,
+    },
+    /// The model refuses a preset adjustment to a value that it cannot show [R75].
+    #[error("preset adjustment: {typed} is above the measuring length {}", .typed.like(*.length))]
+    AboveLength {
+        /// The value, in the base that was typed.
+        typed: TypedValue,
+        /// The measuring length in force.
+        length: u32,
     },
     /// The model's manual does not list the service.
     #[error("a {model} has no service {:02X} ({})", .service.number(), .service.name())]
@@ -33,6 +47,13 @@ pub enum RequestError {
         /// The model.
         model: Model,
     },
+}
+
+impl RequestError {
+    const fn range(service: Service, typed: TypedValue, range: OutOfRange) -> Self {
+        let OutOfRange { value, low, high } = range;
+        Self::Range { service, typed: typed.like(value), low, high }
+    }
 }
 
 impl Request {
@@ -49,8 +70,13 @@ impl Request {
     ///
     /// # Errors
     /// [`RequestError`] if the model lacks it, or would refuse the value or show an error for it.
-    pub fn write(model: Model, parameter: Parameter, value: u32) -> Result<Self, RequestError> {
-        let service = parameter.service();
+    pub fn write(
+        model: Model,
+        parameter: Parameter,
+        value: impl Into<TypedValue>,
+    ) -> Result<Self, RequestError> {
+        let typed = value.into();
+        let (service, value) = (parameter.service(), typed.number);
         let listed = model.lists(service).ok_or(RequestError::Unknown { service, model })?;
         let judged = match Legal::of(service, model) {
             Some(Legal::Whole { low, high }) => within(value, low, high),
@@ -58,7 +84,7 @@ impl Request {
         };
         match judged {
             Ok(_) => Ok(Self { service, access: Access::Write, data: value }),
-            Err(range) => Err(RequestError::Range { service, range }),
+            Err(range) => Err(RequestError::range(service, typed, range)),
         }
     }
 
@@ -67,12 +93,16 @@ impl Request {
     ///
     /// # Errors
     /// [`RequestError`] above the limit, or if the model has no preset adjustment.
-    pub fn preset(model: Model, value: u32, length: u32) -> Result<Self, RequestError> {
+    pub fn preset(model: Model, value: impl Into<TypedValue>, length: u32) -> Result<Self, RequestError> {
+        let typed = value.into();
         let service = Service::PresetAdjustment;
         let listed = model.lists(service).ok_or(RequestError::Unknown { service, model })?;
-        match within(value, 0, listed.takes.largest(length)) {
+        match within(typed.number, 0, listed.takes.largest(length)) {
             Ok(data) => Ok(Self { service, access: Access::Write, data }),
-            Err(range) => Err(RequestError::Range { service, range }),
+            Err(_) if listed.takes == Takes::UpToMeasuringLength => {
+                Err(RequestError::AboveLength { typed, length })
+            }
+            Err(range) => Err(RequestError::range(service, typed, range)),
         }
     }
 

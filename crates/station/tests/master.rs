@@ -171,7 +171,8 @@ fn every_model_is_programmed_and_verified() {
         assert_eq!(report.earlier, ErrorStatus::empty());
         let (programmed, _) = truth(&bus, position).unwrap();
         // Repetition makes the number of SSI bits 24, and the report knows.
-        let wanted = |parameter| program(position).wanted(parameter).unwrap_or(programmed.value(parameter));
+        let wanted =
+            |parameter| program(position).wanted(parameter, None).unwrap_or(programmed.value(parameter));
         for parameter in PARAMETERS {
             assert_eq!(programmed.value(parameter), wanted(parameter));
         }

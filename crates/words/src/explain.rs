@@ -271,7 +271,7 @@ impl fmt::Display for Foreign {
                 powers((*bits).into(), f)
             }
             Self::Value(range) => write!(f, "value {range}"),
-            Self::Bytes { stored } => write!(f, "the value stored would read {stored:06X}"),
+            Self::Bytes { stored } => write!(f, "the value stored would read {stored:06X}h"),
         }
     }
 }
@@ -367,7 +367,7 @@ mod tests {
             ),
             (0x8800_0120, "these bits of its error status are always 0: 2^8 2^5"),
             (0x8200_000F, "value Fh is outside 10h..FFFFFFh"),
-            (0x8101_FF00, "the value stored would read 000100"),
+            (0x8101_FF00, "the value stored would read 000100h"),
         ] {
             assert_eq!(why(bad, ce), Err(reason.to_string()), "{bad:08X}");
         }

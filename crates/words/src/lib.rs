@@ -5,6 +5,7 @@
 //! master's side, `ring` what carries them.
 #![no_std]
 
+pub mod change;
 mod data;
 pub mod explain;
 pub mod gray;

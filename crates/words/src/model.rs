@@ -37,6 +37,8 @@ pub const MODELS: [Model; 3] = [Model::La66, Model::Ce100M, Model::Ce65M];
 /// What the manual of a model says; where it is silent, what this project chose.
 struct Entry {
     name: &'static str,
+    /// What a type label may leave out of the name.
+    short: &'static str,
     title: &'static str,
     sensor: SensorKind,
     /// Of a shaft, the usual and smallest number first.
@@ -55,6 +57,7 @@ struct Entry {
 
 static LA_66: Entry = Entry {
     name: "la-66",
+    short: "la-66",
     title: "LA-66",
     sensor: SensorKind::Linear,
     steps_per_turn: &[],
@@ -79,6 +82,7 @@ static LA_66: Entry = Entry {
 
 static CE_100_M: Entry = Entry {
     name: "ce-100-m",
+    short: "ce-100",
     title: "CE-100-M",
     sensor: SensorKind::Rotary,
     steps_per_turn: &[4096],
@@ -103,6 +107,7 @@ static CE_100_M: Entry = Entry {
 
 static CE_65_M: Entry = Entry {
     name: "ce-65-m",
+    short: "ce-65",
     title: "CE-65-M",
     sensor: SensorKind::Rotary,
     steps_per_turn: &[4096, 8192],
@@ -382,9 +387,18 @@ impl core::error::Error for UnknownModel {}
 impl FromStr for Model {
     type Err = UnknownModel;
 
-    fn from_str(name: &str) -> Result<Self, UnknownModel> {
-        MODELS.into_iter().find(|model| model.name() == name).ok_or(UnknownModel)
+    /// As a type label or a person writes it: `ce-65-m`, `CE-65-M`, `CE 65 M`, `CE65M`, `CE65`.
+    fn from_str(label: &str) -> Result<Self, UnknownModel> {
+        let named = |name| letters(name).eq(letters(label));
+        let found = MODELS.into_iter().find(|model| named(model.entry().name) || named(model.entry().short));
+        found.ok_or(UnknownModel)
     }
+}
+
+/// What tells one label from another.
+fn letters(label: &str) -> impl Iterator<Item = char> {
+    let joins = |letter: &char| letter.is_whitespace() || matches!(letter, '-' | '_');
+    label.chars().filter(move |letter| !joins(letter)).map(|letter| letter.to_ascii_lowercase())
 }
 
 /// Things in a sentence, with a word before the last: `a, b and c`.
@@ -434,7 +448,22 @@ mod tests {
         for model in MODELS {
             assert_eq!(model.to_string().parse(), Ok(model));
         }
-        assert_eq!("ce-65".parse::<Model>(), Err(UnknownModel));
+    }
+
+    #[test]
+    fn a_model_is_read_as_type_labels_have_it() {
+        for (model, labels) in [
+            (Model::La66, ["la-66", "LA-66", "LA 66", "LA66", "la_66", " LA-66 "].as_slice()),
+            (Model::Ce100M, &["CE-100-M", "CE 100 M", "CE100M", "CE100", "ce-100", "CE-100M"]),
+            (Model::Ce65M, &["CE-65-M", "CE 65 M", "CE65M", "CE65", "ce-65", "CE 65-M", "ce_65_m"]),
+        ] {
+            for label in labels {
+                assert_eq!(label.parse(), Ok(model), "{label}");
+            }
+        }
+        for wrong in ["", "-", "ce", "ce-66", "la-66-m", "ce-65-s", "65", "ce-58-m", "CE\u{2212}65"] {
+            assert_eq!(wrong.parse::<Model>(), Err(UnknownModel), "{wrong}");
+        }
     }
 
     #[test]

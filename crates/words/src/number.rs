@@ -11,7 +11,8 @@ mod written;
 
 use core::fmt;
 
-pub use error::{NumberError, Problem};
+pub(crate) use error::Excerpt;
+pub use error::{NumberError, NumberProblem};
 use written::{Mark, Written, digits, whole};
 
 use crate::word::DATA_MAX;
@@ -134,7 +135,9 @@ pub fn word<'a>(parts: impl IntoIterator<Item = &'a str>, bare: Bare) -> Result<
         [whole, ..] if count == 1 => pieces(&[whole], Size::Word, bare),
         [high, low, ..] if count == 2 => pieces(&[high, low], Size::Half, bare),
         bytes if count == 4 => pieces(&bytes, Size::Byte, bare),
-        [first, ..] => Err(NumberError { found: first, size: Size::Word, problem: Problem::Pieces(count) }),
+        [first, ..] => {
+            Err(NumberError { found: first, size: Size::Word, problem: NumberProblem::Pieces(count) })
+        }
     }
 }
 
@@ -146,9 +149,38 @@ pub fn half(text: &str, bare: Bare) -> Result<Reading, NumberError<'_>> {
     pieces(&[text.trim()], Size::Half, bare)
 }
 
+/// A register and what it holds, as the Modbus client mbpoll prints it: `[5]: 0xC200`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Register<'a> {
+    /// Its number.
+    pub number: u32,
+    content: &'a str,
+}
+
+impl<'a> Register<'a> {
+    /// Reads a line; `None` if it is none of a register.
+    #[must_use]
+    pub fn of(line: &'a str) -> Option<Self> {
+        let (number, content) = line.trim().strip_prefix('[')?.split_once("]:")?;
+        let number = u32::try_from(digits(number, Base::Decimal)?.number).ok()?;
+        // What is negative as a signed number follows in brackets: `49664 (-15872)`.
+        let content = content.split('(').next().unwrap_or_default().trim();
+        Some(Self { number, content })
+    }
+
+    /// The word of this register and the next one.
+    ///
+    /// # Errors
+    /// [`NumberError`] for what is no half of a word. mbpoll marks hexadecimal, so a number without a mark is decimal.
+    pub fn followed_by(self, low: Self) -> Result<u32, NumberError<'a>> {
+        let half = |register: Self| half(register.content, Bare::Decimal);
+        Ok(half(self)?.bits << Size::Half.bits() | half(low)?.bits)
+    }
+}
+
 /// A number of 24 bits as it was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Value {
+pub struct TypedValue {
     /// The number.
     pub number: u32,
     /// The base in which limits are told.
@@ -160,30 +192,39 @@ pub struct Value {
 ///
 /// # Errors
 /// [`NumberError`] for what is no value, and for what has two meanings.
-pub fn value(text: &str) -> Result<Value, NumberError<'_>> {
+pub fn value(text: &str) -> Result<TypedValue, NumberError<'_>> {
     let text = text.trim();
     let size = Size::Value;
     let refused = |problem| NumberError { found: text, size, problem };
     let written = Written::of(text);
     if written.mark != Mark::None {
         let number = whole(written, size).map_err(refused)?;
-        return Ok(Value { number, base: written.base() });
+        return Ok(TypedValue { number, base: written.base() });
     }
-    let Some(hexadecimal) = digits(text, Base::Hexadecimal) else { return Err(refused(Problem::NoNumber)) };
+    let Some(hexadecimal) = digits(text, Base::Hexadecimal) else {
+        return Err(refused(NumberProblem::NoNumber));
+    };
     let hexadecimal = (hexadecimal.number <= u64::from(DATA_MAX)).then_some(hexadecimal.number as u32);
     let Some(decimal) = digits(text, Base::Decimal) else {
-        return Err(refused(Problem::NoMark { hexadecimal }));
+        return Err(refused(NumberProblem::NoMark { hexadecimal }));
     };
     let number = size.of(decimal.number, Base::Decimal).map_err(refused)?;
     match hexadecimal {
         Some(hexadecimal) if text.starts_with('0') && hexadecimal != number => {
-            Err(refused(Problem::LeadingZero { decimal: number, hexadecimal }))
+            Err(refused(NumberProblem::LeadingZero { decimal: number, hexadecimal }))
         }
-        _ => Ok(Value { number, base: Base::Decimal }),
+        _ => Ok(TypedValue { number, base: Base::Decimal }),
     }
 }
 
-impl Value {
+impl From<u32> for TypedValue {
+    /// A number that nobody typed.
+    fn from(number: u32) -> Self {
+        Self { number, base: Base::Decimal }
+    }
+}
+
+impl TypedValue {
     /// Another number in this one's base.
     #[must_use]
     pub const fn like(self, number: u32) -> Self {
@@ -191,7 +232,7 @@ impl Value {
     }
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for TypedValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.base {
             Base::Binary => write!(f, "2#{:b}", self.number),
@@ -203,9 +244,9 @@ impl fmt::Display for Value {
 
 impl Size {
     /// A number of a base, if there is room for it.
-    const fn of(self, number: u64, base: Base) -> Result<u32, Problem> {
+    const fn of(self, number: u64, base: Base) -> Result<u32, NumberProblem> {
         if number > self.largest() as u64 {
-            Err(Problem::Above { limit: Value { number: self.largest(), base } })
+            Err(NumberProblem::Above { limit: TypedValue { number: self.largest(), base } })
         } else {
             Ok(number as u32)
         }
@@ -227,7 +268,7 @@ fn pieces<'a>(pieces: &[&'a str], size: Size, bare: Bare) -> Result<Reading, Num
             let number = bare_hexadecimal(found, size).map_err(refused)?;
             let decimal = digits(found, Base::Decimal).map(|decimal| decimal.number);
             if decimal.is_some() && marks().any(Mark::is_decimal) {
-                return Err(refused(Problem::BesideDecimal));
+                return Err(refused(NumberProblem::BesideDecimal));
             }
             letter |= decimal.is_none();
             doubt |= decimal.is_some_and(|decimal| decimal != u64::from(number));
@@ -238,24 +279,24 @@ fn pieces<'a>(pieces: &[&'a str], size: Size, bare: Bare) -> Result<Reading, Num
     Ok(Reading { bits, note: (doubt && !letter).then_some(Note) })
 }
 
-fn bare_decimal(text: &str, size: Size) -> Result<u32, Problem> {
+fn bare_decimal(text: &str, size: Size) -> Result<u32, NumberProblem> {
     match (digits(text, Base::Decimal), digits(text, Base::Hexadecimal)) {
         (Some(decimal), _) => size.of(decimal.number, Base::Decimal),
-        (None, Some(_)) => Err(Problem::Letters),
-        (None, None) => Err(Problem::NoNumber),
+        (None, Some(_)) => Err(NumberProblem::Letters),
+        (None, None) => Err(NumberProblem::NoNumber),
     }
 }
 
-fn bare_hexadecimal(text: &str, size: Size) -> Result<u32, Problem> {
-    let Some(hexadecimal) = digits(text, Base::Hexadecimal) else { return Err(Problem::NoNumber) };
+fn bare_hexadecimal(text: &str, size: Size) -> Result<u32, NumberProblem> {
+    let Some(hexadecimal) = digits(text, Base::Hexadecimal) else { return Err(NumberProblem::NoNumber) };
     let decimal = || {
         let decimal = digits(text, Base::Decimal)?.number;
         (decimal <= u64::from(size.largest())).then_some(decimal as u32)
     };
     if hexadecimal.count > size.digits() {
-        Err(Problem::ManyDigits { decimal: decimal() })
+        Err(NumberProblem::ManyDigits { decimal: decimal() })
     } else if hexadecimal.count < size.digits() {
-        Err(Problem::FewDigits { hexadecimal: hexadecimal.number as u32, decimal: decimal() })
+        Err(NumberProblem::FewDigits { hexadecimal: hexadecimal.number as u32, decimal: decimal() })
     } else {
         Ok(hexadecimal.number as u32)
     }

@@ -222,6 +222,7 @@ impl Intent {
         text
     }
 
+    #[expect(clippy::disallowed_methods, reason = "a model, which `words::model` reads")]
     fn of(table: NoteTable) -> Result<Self, Wrong> {
         if table.version != 1 {
             let problem = format!("version {}; this program reads version 1", table.version);

@@ -4,11 +4,12 @@ use std::fmt;
 use std::str::FromStr;
 
 use encoring_files::toml_text::Wrong;
+use encoring_words::change::ParameterChange;
 use encoring_words::model::Sensor;
 use encoring_words::{Model, Parameter, word};
 use serde::Deserialize;
 
-use crate::values::{legal_value, parameters_of};
+use crate::values::{legal_change, parameters_of, written};
 
 /// What is kept of one encoder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +26,8 @@ pub struct KeptEncoder {
     pub remarks: Vec<String>,
     /// The values, in the order of the services.
     pub values: Vec<(Parameter, u32)>,
+    /// Parameters of which a file that somebody wrote names parts alone; no backup has them.
+    pub parts: Vec<(Parameter, ParameterChange)>,
 }
 
 /// What stands on an encoder, as far as somebody has read it there.
@@ -113,6 +116,7 @@ impl Reference {
     ///
     /// # Errors
     /// Why it is none.
+    #[expect(clippy::disallowed_methods, reason = "what a scale of the machine shows, with decimals")]
     pub fn read(number: &str, scale: ReferenceUnit) -> Result<Self, String> {
         if number.contains(',') {
             return Err(format!(
@@ -189,6 +193,7 @@ impl FromStr for NamedMark {
     type Err = String;
 
     /// `stop left`, or `stop left=0 mm`.
+    #[expect(clippy::disallowed_methods, reason = "what a scale of the machine shows, with its unit")]
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, reference) = match text.rsplit_once('=') {
             Some((name, reference)) => (name, Some(reference.parse()?)),
@@ -264,6 +269,7 @@ impl KeptEncoder {
             marks: Vec::new(),
             remarks: Vec::new(),
             values: Vec::new(),
+            parts: Vec::new(),
         }
     }
 
@@ -355,16 +361,19 @@ impl KeptEncoder {
             && within(&self.label.label, &other.label.label)
     }
 
+    #[expect(clippy::disallowed_methods, reason = "a model, which `words::model` reads")]
     pub(crate) fn of(table: &EncoderTable) -> Result<Self, Wrong> {
         let Some(name) = &table.model else { return Err(Wrong::new("the key model is missing")) };
         let model: Model =
             name.parse().map_err(|cause| Wrong::at("model", format!("model {name:?}: {cause}")))?;
         let label = table.unit.label(model).map_err(|wrong| wrong.inside("unit"))?;
         let values = table.parameters.iter().flatten().map(|(name, value)| {
-            legal_value(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
+            legal_change(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
         });
-        let mut values = values.collect::<Result<Vec<_>, _>>()?;
-        values.sort_by_key(|(parameter, _)| *parameter);
+        let mut given = values.collect::<Result<Vec<_>, _>>()?;
+        given.sort_by_key(|(parameter, _)| *parameter);
+        let (whole, parts): (Vec<_>, Vec<_>) = given.into_iter().partition(|(_, change)| change.is_whole());
+        let values = whole.into_iter().map(|(parameter, change)| (parameter, change.of(0).number)).collect();
         let taken = table.taken.as_ref().map(|taken| taken.taken(model));
         let taken = taken.transpose().map_err(|wrong| wrong.inside("taken"))?;
         let marks = table
@@ -373,7 +382,7 @@ impl KeptEncoder {
             .enumerate()
             .map(|(k, mark)| mark.mark().map_err(|wrong: Wrong| wrong.inside_item(k).inside("mark")));
         let marks = marks.collect::<Result<_, _>>()?;
-        let kept = Self { model, label, taken, marks, remarks: Vec::new(), values };
+        let kept = Self { model, label, taken, marks, remarks: Vec::new(), values, parts };
         kept.whole()?;
         Ok(kept)
     }
@@ -435,8 +444,9 @@ impl KeptEncoder {
         // Last, so that a file that was cut off lacks some of them, which is seen.
         *text += &format!("\n[{prefix}parameters]\n");
         for (parameter, value) in &self.values {
+            let (key, number) = (parameter.key(), parameter.service().number());
             *text +=
-                &format!("{} = {value}    # service {:02X}\n", parameter.key(), parameter.service().number());
+                &format!("{key} = {}    # service {number:02X}\n", written(self.model, *parameter, *value));
         }
     }
 

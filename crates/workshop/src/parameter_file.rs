@@ -9,11 +9,12 @@
 //!
 //! [parameters]
 //! measuring_length = 9999
-//! numerator = 10
-//! denominator = 1
+//! numerator = "0Ah"
+//! counting_direction = { direction = "falling", code = "gray" }
+//! ssi_values = { bits = 25 }
 //! ```
 //!
-//! What is not in the file stays as it is when the file is programmed. A backup has further tables: `[taken]`,
+//! What is not in the file stays as it is when the file is programmed, also a part of a parameter. A backup has further tables: `[taken]`,
 //! `[[mark]]`. Of several encoders each is an `[[encoder]]` with the same tables below it.
 
 use std::io::{self, Write};
@@ -93,6 +94,7 @@ impl ParameterFile {
         read.map_err(|Misfit { line, problem }| ParameterFileError { file: file.to_owned(), line, problem })
     }
 
+    #[expect(clippy::disallowed_methods, reason = "a model, which `words::model` reads")]
     fn of(table: FileTable) -> Result<Self, Wrong> {
         let FileTable { _version, encoders, model, native, mut unit, taken, mark, parameters, encoder } =
             table;
@@ -224,7 +226,7 @@ fn version(text: &str) -> Result<(), Misfit> {
 }
 
 #[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "tests")]
+#[allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "tests")]
 mod tests {
     use super::*;
     use crate::kept::{MachineMark, TakenFrom, UnitLabel};
@@ -301,7 +303,9 @@ mod tests {
         for file in [ring, ParameterFile::from(full(2))] {
             let text = file.text();
             let whole = text.rfind("ssi_values").unwrap();
-            for (end, _) in text.char_indices().filter(|(end, _)| *end < whole + "ssi_values = 65560".len()) {
+            for (end, _) in text.char_indices().filter(|(end, _)| {
+                *end < whole + "ssi_values = { bits = 24, code = \"binary\", repetition = true }".len()
+            }) {
                 let read = ParameterFile::parse("p.toml", &text[..end]);
                 // One without values is programmed nowhere.
                 let nothing = |file: &ParameterFile| {
@@ -372,6 +376,54 @@ mod tests {
     }
 
     #[test]
+    fn values_stand_as_people_write_them_and_parts_by_their_names() {
+        let parameters = |text: &str| {
+            let text = format!("version = 1\nmodel = \"CE 65 M\"\n[parameters]\n{text}\n");
+            ParameterFile::parse("p.toml", &text).map(|file| file.encoders.into_iter().next().unwrap())
+        };
+        for (text, value) in [
+            ("numerator = \"270Fh\"", 9_999),
+            ("numerator = \"16#270F\"", 9_999),
+            ("numerator = \"9999\"", 9_999),
+            ("counting_direction = { direction = \"falling\", code = \"gray\" }", 0x01_01),
+            ("counting_direction = \"falling, gray\"", 0x01_01),
+            ("ssi_values = { bits = 25, code = \"gray\", repetition = false }", 0x01_19),
+            ("ssi_values = { bits = \"19h\", code = \"gray\", repetition = \"false\" }", 0x01_19),
+        ] {
+            let kept = parameters(text).unwrap();
+            assert_eq!((kept.values[0].1, kept.parts.len()), (value, 0), "{text}");
+        }
+        let kept = parameters("ssi_values = { code = \"gray\" }").unwrap();
+        assert!(kept.values.is_empty());
+        assert_eq!(kept.parts[0].1.of(0x01_00_18).number, 0x01_01_18);
+        let written = ParameterFile::from(of_one(
+            Model::Ce65M,
+            vec![(Parameter::CountingDirection, 0x01_01), (Parameter::SsiValues, 0x19)],
+        ));
+        let text = written.text();
+        assert!(text.contains("counting_direction = { direction = \"falling\", code = \"gray\" }"), "{text}");
+        assert!(text.contains("ssi_values = { bits = 25, code = \"binary\", repetition = false }"), "{text}");
+        for (wrong, told) in [
+            ("numerator = \"000018\"", "numerator = \"000018\": 000018: 18, or 18h = 24; write one of them"),
+            ("numerator = \"12345h\"", "numerator = 12345h; allowed are 0h to FFFFh"),
+            ("ssi_values = { bits = 33 }", "ssi_values = 33; allowed are 8 to 32"),
+            ("ssi_values = { bits = \"21h\" }", "ssi_values = 21h; allowed are 8h to 20h"),
+            (
+                "ssi_values = { code = \"grey\" }",
+                "ssi_values = { code = \"grey\" }: ssi_code: grey is not binary or gray",
+            ),
+            (
+                "ssi_values = { colour = 1 }",
+                "ssi_values = { colour = .. }; its parts are: bits, code, repetition",
+            ),
+            ("ssi_values = {}", "ssi_values = {}; it must be a number, or name its parts"),
+            ("numerator = { bits = 1 }", "numerator = { bits = .. }; it is a number and has no parts"),
+        ] {
+            assert_eq!(parameters(wrong).unwrap_err().to_string(), format!("p.toml line 4: {told}"));
+        }
+    }
+
+    #[test]
     fn bad_files_are_refused_with_line_value_and_limit() {
         let head = "version = 1\nmodel = \"ce-65-m\"\n";
         assert_eq!(
@@ -391,7 +443,7 @@ mod tests {
             "p.toml line 4: \"preset_value_1\" is no parameter of a ce-65-m; it has counting_direction, \
              measuring_length, numerator, denominator, ssi_values"
         );
-        for wrong in ["-1", "16777216", "1.5", "\"10\"", "true"] {
+        for wrong in ["-1", "16777216", "1.5", "true"] {
             assert_eq!(
                 refusal(&format!("{head}[parameters]\nnumerator = {wrong}\n")),
                 format!("p.toml line 4: numerator = {wrong}; it must be a whole number from 0 to 16777215")

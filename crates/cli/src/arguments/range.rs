@@ -8,6 +8,7 @@ use encoring_host::scaling::{
     Axis, DecimalError, LengthOutside, Linear, Ratio, ResolutionOutside, RotaryError, Rounding, Shaft, Turns,
     TurnsOutside, linear, rotary,
 };
+use encoring_words::change::ParameterChange;
 use encoring_words::model::SensorKind;
 use encoring_words::{Model, Parameter};
 
@@ -162,7 +163,7 @@ fn steps_per_turn(range: &RotaryRange) -> Result<Option<Ratio>, Failure> {
 /// What shall be programmed.
 #[derive(Default)]
 pub(crate) struct Wanted {
-    pub(crate) values: Vec<(Parameter, u32)>,
+    pub(crate) values: Vec<(Parameter, ParameterChange)>,
     /// What whoever programs it must know.
     pub(crate) warnings: Vec<Note>,
 }
@@ -182,15 +183,15 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
             let asked = rotary_range(range, shaft, Some(model))?;
             let scaling = asked.found.scaling;
             let values = vec![
-                (Parameter::MeasuringLength, scaling.measuring_length()),
-                (Parameter::Numerator, scaling.fraction.numerator()),
-                (Parameter::Denominator, scaling.fraction.denominator()),
+                (Parameter::MeasuringLength, scaling.measuring_length().into()),
+                (Parameter::Numerator, scaling.fraction.numerator().into()),
+                (Parameter::Denominator, scaling.fraction.denominator().into()),
             ];
             (values, asked.notes())
         }
         Range::Linear(arguments) => {
             let found = linear_range(arguments, model)?;
-            let values = vec![(Parameter::MeasuringLength, found.scaling.measuring_length())];
+            let values = vec![(Parameter::MeasuringLength, found.scaling.measuring_length().into())];
             (values, linear_notes(arguments.length_mm, arguments.resolution_mm, model, &found))
         }
     };

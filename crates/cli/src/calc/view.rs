@@ -125,6 +125,7 @@ pub(super) struct StepView {
 }
 
 /// A number for programs, to nine decimals.
+#[expect(clippy::disallowed_methods, reason = "decimals that were just printed")]
 pub(super) fn number(ratio: Ratio) -> f64 {
     ratio.rounded(9, Rounding::Nearest).to_string().parse().unwrap_or(0.0)
 }

@@ -63,12 +63,13 @@ impl RowView {
             before: row.before,
             wanted: row.wanted,
             now: row.now,
-            meaning: row
-                .now
-                .and_then(|value| Meaning::of(row.parameter, model, value))
-                .map(|meaning| meaning.to_string()),
+            meaning: row.now.and_then(|value| meaning(row.parameter, model, value)),
         }
     }
+}
+
+fn meaning(parameter: Parameter, model: Model, value: u32) -> Option<String> {
+    Meaning::of(parameter, model, value).map(|meaning| meaning.to_string())
 }
 
 /// The code in which a word shows the position, as far as the rows know.
@@ -107,6 +108,10 @@ impl ProgramView {
         let rows: Vec<_> = prepared.rows().collect();
         let mut view = Self::new(target, &rows, prepared.earlier());
         view.result = "planned";
+        for (view, row) in view.parameters.iter_mut().zip(&rows) {
+            let wanted = row.wanted.and_then(|value| meaning(row.parameter, target.model, value));
+            view.meaning = wanted.or(view.meaning.take());
+        }
         view.before = shown(prepared.shown(), code(&rows, |row| row.before, target.model));
         view.backup = backup;
         match prepared.stopped() {
@@ -206,6 +211,18 @@ impl ProgramView {
                 "{} was acknowledged as {wanted} and reads back as {read}",
                 parameter.key()
             )),
+            Stopped::Overruled { parameter, asked, stored } => {
+                let told = |value: u32| match meaning(parameter, target.model, value) {
+                    Some(meaning) => format!("{value} ({meaning})"),
+                    None => value.to_string(),
+                };
+                self.text.push(format!(
+                    "{} would be stored as {}, not as {}: the parts that stay rule the new one out",
+                    parameter.key(),
+                    told(stored),
+                    told(asked)
+                ));
+            }
             Stopped::Unreadable { parameter } => {
                 self.answer = Answer::Unknown;
                 self.text.push(format!(

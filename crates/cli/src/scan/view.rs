@@ -4,11 +4,13 @@ use std::fmt;
 
 use encoring_modbus::inline::Directory;
 use encoring_ring::Ident;
-use encoring_ring::diagnostics::{DiagnosticParameter, FaultPlace, names};
+use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::ident::{DataDirection, ENCODER, Kind, Length};
 use encoring_sim::scan::Scan;
 use encoring_station::view::LampsView;
 use serde::Serialize;
+
+use crate::registers::RegistersView;
 
 /// Words that an encoder takes in each direction.
 const WORDS: usize = 2;
@@ -54,10 +56,8 @@ struct IdentView {
 
 #[derive(Serialize)]
 struct MasterView {
-    status_hex: String,
-    status: Vec<&'static str>,
-    parameter_hex: String,
-    parameter: String,
+    #[serde(flatten)]
+    registers: RegistersView,
     place: Option<String>,
     took_ns: u64,
 }
@@ -140,10 +140,7 @@ impl ScanView {
             found: scan.found.len(),
             devices: devices.collect(),
             master: Some(MasterView {
-                status_hex: format!("{:04X}", scan.status),
-                status: names(scan.status).collect(),
-                parameter_hex: format!("{:04X}", scan.parameter),
-                parameter: DiagnosticParameter(scan.parameter).to_string(),
+                registers: RegistersView::new(scan.status, scan.parameter),
                 place: scan.place.map(|place| place.to_string()),
                 took_ns: scan.took.as_nanos(),
             }),
@@ -228,8 +225,7 @@ impl fmt::Display for ScanView {
             if let Some(place) = &master.place {
                 writeln!(f, "fault      {place}")?;
             }
-            writeln!(f, "status     {}  {}", master.status_hex, master.status.join(", "))?;
-            writeln!(f, "parameter  {}  {}", master.parameter_hex, master.parameter)?;
+            master.registers.fmt(f)?;
         }
         for warning in &self.warnings {
             writeln!(f, "\nwarning: {warning}")?;

@@ -12,6 +12,7 @@ use encoring_sim::scenario::GatewayFaultText;
 use crate::output::{Failure, bad_input};
 
 /// The faults of the gateway, of the scenario and of the command line.
+#[expect(clippy::disallowed_methods, reason = "a fault of a gateway")]
 pub(super) fn faults(
     scenario: &Scenario,
     file: Option<&Path>,
@@ -36,6 +37,7 @@ pub(super) fn told(faults: GatewayFaults) -> Arc<dyn Gateway> {
 
 struct Told(GatewayFaults);
 
+#[expect(clippy::disallowed_methods, reason = "a fault of a gateway")]
 impl Gateway for Told {
     fn begin(&self, fault: &str) -> Result<(), String> {
         let begin = |fault: &str| self.0.add(fault.parse()?);

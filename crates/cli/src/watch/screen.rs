@@ -357,7 +357,7 @@ fn word(name: &str, word: Option<u32>, width: usize) -> Line<'static> {
     let Some(word) = word else { return Line::raw(format!(" {name:<3} not seen")) };
     let service = SERVICE.of(word);
     let mut text = format!(
-        " {name:<3} {word:08X}  service {}  write {}  error {}  reserve {}  number {service:02X}  data {:06X}",
+        " {name:<3} {word:08X}  service {}  write {}  error {}  reserve {}  number {service:02X} data {:06X}h",
         SERVICE_BIT.of(word),
         READ_WRITE_BIT.of(word),
         ERROR_BIT.of(word),

@@ -40,14 +40,14 @@ impl fmt::Display for Bits {
             self.error_bit.to_string(),
             self.reserve.to_string(),
             format!("{:02X}", self.service),
-            self.data_hex.clone(),
+            format!("{}h", self.data_hex),
         ];
         for ((field, value), note) in FIELDS.iter().zip(values).zip(&self.notes) {
             let bits = match (field.high, field.low) {
                 (high, low) if high == low => format!("2^{high}"),
                 (high, low) => format!("2^{high}..2^{low}"),
             };
-            let line = format!("  {bits:<11} {:<14}  {value:<6}  {note}", field.name);
+            let line = format!("  {bits:<11} {:<14}  {value:<7}  {note}", field.name);
             writeln!(f, "{}", line.trim_end())?;
         }
         Ok(())

@@ -282,7 +282,7 @@ fn bad_usage_names_the_value_and_what_is_allowed() {
             "error: --state is for simulated rings; a real encoder keeps its own memory",
         ),
         ("read preset-value-1 --bus sim --at 2", "error: a ce-65-m has no service 04 (preset value 1)"),
-        ("write numerator 0 --bus sim --at 2 --yes", "error: revolutions numerator: 0h is outside 1h..FFFFh"),
+        ("write numerator 0 --bus sim --at 2 --yes", "error: revolutions numerator: 0 is outside 1..65535"),
         (
             "preset 50001 --bus sim --at 9 --yes",
             "error: --at 9: no encoder at position 9: the ring has 3, counted from 0",

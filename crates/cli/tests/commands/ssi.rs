@@ -150,8 +150,8 @@ fn what_cannot_be_encoded_is_refused_with_what_is_allowed() {
     refused(
         &["ssi", "encode", "16777216"],
         b"",
-        "error: invalid value '16777216' for '<POSITION>...': not a number from 0 to 16777215; hexadecimal as 0x270F or \
-         270Fh",
+        "error: invalid value '16777216' for '<POSITION>...': 16777216: above \
+         16777215, the largest number of 24 bits",
     );
     refused(
         &["ssi", "encode", "1", "2", "--svg", "a.svg"],

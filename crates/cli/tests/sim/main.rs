@@ -1,4 +1,5 @@
 //! `encoring sim` as its users run it: the program, sockets and files.
+#![allow(clippy::disallowed_methods, reason = "a test reads what was printed")]
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,

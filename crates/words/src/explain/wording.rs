@@ -167,11 +167,14 @@ impl fmt::Display for Meaning {
             Self::Ssi(SsiValues { repetition, code, bits }) => {
                 write!(f, "{bits} bits, {}", code_name(code))?;
                 f.write_str(if repetition { ", repeated" } else { "" })?;
-                f.write_str(if bits == AK40_BITS { ", AK-40" } else { "" })
+                if bits == AK40_BITS { write!(f, ", {AK40}") } else { Ok(()) }
             }
         }
     }
 }
+
+/// What the number of data bits 31 stands for, and where [R117].
+const AK40: &str = "the AK-40 format (firmware from week 41/1997)";
 
 /// What one byte of the data of a service means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -204,7 +207,7 @@ impl fmt::Display for ByteMeaning {
                 bits if bits < byte.low || bits > byte.high => write!(f, "{bits}, outside"),
                 24 => f.write_str("24"),
                 bits if repetition => write!(f, "{bits}, but the repetition makes it 24"),
-                AK40_BITS => f.write_str("31, the AK-40 format (firmware from week 41/1997)"),
+                AK40_BITS => write!(f, "31, {AK40}"),
                 bits => bits.fmt(f),
             },
             _ => Ok(()),
@@ -294,6 +297,10 @@ mod tests {
         assert_eq!(meaning(Model::Ce65M, 0x0100), "rising clockwise, Gray code");
         let seen = DirectionMeaning { direction: Direction::Rising, model: Model::Ce65M };
         assert_eq!(std::format!("{seen:#}"), "rising clockwise, looking at the shaft");
+        assert_eq!(meaning(Model::Ce65M, 0), "rising clockwise, binary");
+        let ssi = |value| Meaning::of(Parameter::SsiValues, Model::Ce65M, value).unwrap().to_string();
+        assert_eq!(ssi(0x01_01_18), "24 bits, Gray code, repeated");
+        assert_eq!(ssi(0x1F), "31 bits, binary, the AK-40 format (firmware from week 41/1997)");
         assert_eq!(Meaning::of(Parameter::Numerator, Model::Ce65M, 1), None);
     }
 

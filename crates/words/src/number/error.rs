@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::{Size, Value};
+use super::{Size, TypedValue};
 
 /// A number that was refused: what stands there, what it should have been, and why not.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -12,12 +12,12 @@ pub struct NumberError<'a> {
     /// What was to be read.
     pub size: Size,
     /// What is wrong with it.
-    pub problem: Problem,
+    pub problem: NumberProblem,
 }
 
 /// What is wrong with a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Problem {
+pub enum NumberProblem {
     /// A word has one piece, two or four.
     Pieces(usize),
     /// Something else than digits stands there, or nothing.
@@ -58,7 +58,7 @@ pub enum Problem {
     /// More than the size holds.
     Above {
         /// The largest number, in the base that was written.
-        limit: Value,
+        limit: TypedValue,
     },
     /// Less than the size holds.
     Below {
@@ -73,10 +73,10 @@ impl fmt::Display for NumberError<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { found, size, problem } = *self;
         match problem {
-            Problem::Pieces(count) => {
+            NumberProblem::Pieces(count) => {
                 return write!(f, "{count} numbers are no word: it is {}", Forms(Size::Word));
             }
-            Problem::NoNumber if found.is_empty() => {
+            NumberProblem::NoNumber if found.is_empty() => {
                 return write!(f, "nothing stands here; {size} is {}", Forms(size));
             }
             _ => {}
@@ -85,8 +85,10 @@ impl fmt::Display for NumberError<'_> {
         let digits = size.digits();
         write!(f, "{found}: ")?;
         match problem {
-            Problem::Pieces(_) | Problem::NoNumber => write!(f, "not {size}; {size} is {}", Forms(size)),
-            Problem::FewDigits { hexadecimal, decimal } => {
+            NumberProblem::Pieces(_) | NumberProblem::NoNumber => {
+                write!(f, "not {size}; {size} is {}", Forms(size))
+            }
+            NumberProblem::FewDigits { hexadecimal, decimal } => {
                 write!(f, "{size} has {digits} digits; zeros may be lost. ")?;
                 let zeros = digits;
                 match decimal {
@@ -97,33 +99,37 @@ impl fmt::Display for NumberError<'_> {
                     None => write!(f, "Write {hexadecimal:0zeros$X} or 0x{hexadecimal:X}"),
                 }
             }
-            Problem::ManyDigits { decimal: Some(decimal) } => {
+            NumberProblem::ManyDigits { decimal: Some(decimal) } => {
                 write!(
                     f,
                     "{size} has {digits} hexadecimal digits; for {decimal} in decimal there is --decimal"
                 )
             }
-            Problem::ManyDigits { decimal: None } => write!(f, "{size} has {digits} hexadecimal digits"),
-            Problem::Letters => write!(f, "not decimal; beside --decimal hexadecimal is written 0x{found}"),
-            Problem::BesideDecimal => {
+            NumberProblem::ManyDigits { decimal: None } => {
+                write!(f, "{size} has {digits} hexadecimal digits")
+            }
+            NumberProblem::Letters => {
+                write!(f, "not decimal; beside --decimal hexadecimal is written 0x{found}")
+            }
+            NumberProblem::BesideDecimal => {
                 write!(
                     f,
                     "{found}h, or {found} in decimal as the number beside it; write 0x{found}, or give --decimal"
                 )
             }
-            Problem::OtherSize { marked } => write!(f, "marked as {marked}, and here stands {size}"),
-            Problem::NoMark { hexadecimal: Some(hexadecimal) } => {
+            NumberProblem::OtherSize { marked } => write!(f, "marked as {marked}, and here stands {size}"),
+            NumberProblem::NoMark { hexadecimal: Some(hexadecimal) } => {
                 write!(f, "not decimal; if {found}h = {hexadecimal} is meant, write the h")
             }
-            Problem::NoMark { hexadecimal: None } => write!(f, "not {size}; {size} is {}", Forms(size)),
-            Problem::LeadingZero { decimal, hexadecimal } => {
+            NumberProblem::NoMark { hexadecimal: None } => write!(f, "not {size}; {size} is {}", Forms(size)),
+            NumberProblem::LeadingZero { decimal, hexadecimal } => {
                 write!(f, "{decimal}, or {hexadecimal:X}h = {hexadecimal}; write one of them")
             }
-            Problem::Above { limit } => {
+            NumberProblem::Above { limit } => {
                 write!(f, "above {limit}, the largest number of {} bits", size.bits())
             }
-            Problem::Below { limit: 0 } => write!(f, "below 0"),
-            Problem::Below { limit } => {
+            NumberProblem::Below { limit: 0 } => write!(f, "below 0"),
+            NumberProblem::Below { limit } => {
                 write!(f, "below {limit}, the smallest number of {} bits", size.bits())
             }
         }
@@ -159,7 +165,7 @@ impl fmt::Display for Forms {
 }
 
 /// The start of a text that somebody wrote, fit for a message.
-struct Excerpt<'a>(&'a str);
+pub(crate) struct Excerpt<'a>(pub(crate) &'a str);
 
 impl Excerpt<'_> {
     const CHARS: usize = 40;

@@ -232,6 +232,28 @@ fn a_limit_stands_in_the_base_that_was_typed() {
     }
 }
 
+#[test]
+fn two_registers_of_mbpoll_are_a_word() {
+    let register = |line| Register::of(line).unwrap();
+    for (high, low) in [
+        ("[5]: \t0xC200", "[6]: \t0x270F"),
+        ("[5]:0xc200\r", " [6]: 0x270F"),
+        ("[5]: \t49664 (-15872)", "[6]: \t9999"),
+        ("[5]: \t-15872", "[6]: \t9999"),
+    ] {
+        assert_eq!(register(high).number, 5);
+        assert_eq!(register(high).followed_by(register(low)), Ok(WORD), "{high}");
+    }
+    for none in
+        ["", "C200270F", "[5] 0xC200", "[x]: 0xC200", "[5", "[99999999999]: 1", "-- Polling slave 1..."]
+    {
+        assert_eq!(Register::of(none), None, "{none}");
+    }
+    let low = register("[6]: 0x270F");
+    assert!(register("[5]: 0x1C200").followed_by(low).is_err());
+    assert!(register("[5]: 1.5").followed_by(low).is_err());
+}
+
 /// The numbers that a piece without spaces can be, by another way: the marks in pairs, the digits by the standard library.
 fn meanings(text: &str, size: Size) -> Vec<i64> {
     let text = text.to_ascii_lowercase();

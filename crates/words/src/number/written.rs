@@ -1,6 +1,6 @@
 //! Marks and digits of one number.
 
-use super::{Base, Problem, Size};
+use super::{Base, NumberProblem, Size};
 
 /// What stands before or behind the digits of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -86,19 +86,19 @@ impl<'a> Written<'a> {
 
 /// A marked number as bits of this size. A word or a piece of one must not have the mark of another size: half a
 /// word is none. A value only has to fit.
-pub(super) fn whole(written: Written<'_>, size: Size) -> Result<u32, Problem> {
+pub(super) fn whole(written: Written<'_>, size: Size) -> Result<u32, NumberProblem> {
     let (base, rest) = (written.base(), written.rest);
     let (negative, rest) = match (written.mark, rest.strip_prefix('-')) {
         (Mark::Decimal(_), Some(rest)) => (true, rest),
         (Mark::Decimal(_), None) => (false, rest.strip_prefix('+').unwrap_or(rest)),
         _ => (false, rest),
     };
-    let Some(found) = digits(rest, base) else { return Err(Problem::NoNumber) };
+    let Some(found) = digits(rest, base) else { return Err(NumberProblem::NoNumber) };
     if let Some(marked) = written.size()
         && size != Size::Value
         && marked != size
     {
-        return Err(Problem::OtherSize { marked });
+        return Err(NumberProblem::OtherSize { marked });
     }
     if !negative {
         return size.of(found.number, base);
@@ -106,7 +106,7 @@ pub(super) fn whole(written: Written<'_>, size: Size) -> Result<u32, Problem> {
     match i64::try_from(found.number).map(|number| -number) {
         // Two's complement: the bits of the size are kept.
         Ok(number) if number >= size.smallest() => Ok(number as u32 & size.largest()),
-        _ => Err(Problem::Below { limit: size.smallest() }),
+        _ => Err(NumberProblem::Below { limit: size.smallest() }),
     }
 }
 
