@@ -45,7 +45,7 @@ check() {
   local ring=$1 time=$2
   shift 2
   for format in vcd fst; do
-    "$program" sim "$ring.toml" --for "$time" --speed max --modbus off --overwrite --record "ring.$format" "$@" >/dev/null
+    "$program" sim "$ring.toml" --for "$time" --speed max --modbus off --overwrite --record "ring.$format" --words "$@" >/dev/null
   done
   fst2vcd ring.fst >from-fst.vcd
   vcd2fst ring.vcd repacked.fst >/dev/null

@@ -52,7 +52,7 @@ Examples:
   encoring sim --example > ring.toml              a scenario to start from
   encoring sim ring.toml --state memories         encoders that remember
   encoring sim --for 10s --speed max --record ring.csv --modbus off
-  encoring sim --for 50ms --speed max --record ring.vcd --lines --modbus off && gtkwave ring.vcd
+  encoring sim --for 50ms --speed max --record ring.fst --lines --modbus off && gtkwave ring.fst
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
   encoring sim --fault silent:2@5s+1s             a broken cable, searched and found
@@ -123,6 +123,10 @@ pub(crate) struct Arguments {
     /// Draws every line bit of every segment and what every chip does with it into the .vcd or .fst, too.
     #[arg(long, requires = "record")]
     lines: bool,
+    /// Puts signals of several bits into a .vcd, too, for GTKWave; programs for logic analysers do not read them. A .fst
+    /// always has them.
+    #[arg(long, requires = "record")]
+    words: bool,
     /// Tells the counters each time so much has passed on the ring, as fast as it can be told: 10, 1m.
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
@@ -327,7 +331,7 @@ impl Arguments {
     /// Begins the recording, if there shall be one.
     fn record(&self, world: &mut World) -> Result<Option<(RecordingFile, Recorder)>, Failure> {
         let Some(file) = &self.record else { return Ok(None) };
-        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world, self.shown())
+        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world, self.waveform(file))
             .map_err(|cause| refused(file, &cause.to_string()))?;
         if let Some(remains) = recording.remains() {
             note(&format!(
@@ -339,8 +343,11 @@ impl Arguments {
         Ok(Some((recording, recorder)))
     }
 
-    const fn shown(&self) -> Shown {
-        if self.lines { Shown::Lines } else { Shown::Words }
+    /// The waveform that a file holds; `None` for a trace.
+    fn waveform(&self, file: &Path) -> Option<(WaveFormat, Shown)> {
+        let format = WaveFormat::of(file)?;
+        let format = if self.words { format.with_words() } else { format };
+        Some((format, if self.lines { Shown::Lines } else { Shown::Words }))
     }
 
     const fn existing(&self) -> Existing {
@@ -352,6 +359,9 @@ impl Arguments {
         let Some(file) = &self.record else { return Ok(()) };
         if self.lines && WaveFormat::of(file).is_none() {
             return Err(refused(file, "a trace has no lines; with --lines name a .vcd or .fst"));
+        }
+        if self.words && WaveFormat::of(file).is_none() {
+            return Err(refused(file, "a trace always has its words; with --words name a .vcd or .fst"));
         }
         let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.unwrap_or(Path::new("."));

@@ -59,8 +59,8 @@ impl Recorder {
 pub struct RecordingFile(Growing);
 
 impl RecordingFile {
-    /// Begins to record a world in a file: its signals over time as far as they are to be `shown` if the name ends in
-    /// `.vcd` or `.fst`, else its exchanges.
+    /// Begins to record a world in a file: its signals over time, in a format and as far as they are to be shown, or
+    /// without a `waveform` its exchanges.
     ///
     /// # Errors
     /// Those of [`Growing::begin`], and of writing the head.
@@ -68,11 +68,11 @@ impl RecordingFile {
         file: &Path,
         existing: Existing,
         world: &mut World,
-        shown: Shown,
+        waveform: Option<(Format, Shown)>,
     ) -> io::Result<(Self, Recorder)> {
         let growing = Growing::begin(file, existing)?;
-        let recorder = match Format::of(file) {
-            Some(format) => waveform(format, growing.writer()?, world, shown),
+        let recorder = match waveform {
+            Some((format, shown)) => drawn(format, growing.writer()?, world, shown),
             None => exchanges(growing.writer()?, world),
         }?;
         Ok((Self(growing), recorder))
@@ -107,7 +107,7 @@ fn exchanges(file: File, world: &World) -> io::Result<Recorder> {
     Writer::recording(sink, &devices).map(Recorder::Exchanges)
 }
 
-fn waveform(format: Format, file: File, world: &mut World, shown: Shown) -> io::Result<Recorder> {
+fn drawn(format: Format, file: File, world: &mut World, shown: Shown) -> io::Result<Recorder> {
     let sink: Box<dyn Sink + Send> = Box::new(BufWriter::with_capacity(1 << 16, file));
     Waveform::new(format, sink, WRITER, world, shown).map(|waveform| Recorder::Waveform(Box::new(waveform)))
 }

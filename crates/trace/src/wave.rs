@@ -37,21 +37,36 @@ const BITS_MAX: u32 = 32;
 pub enum Format {
     /// Value change dump, IEEE 1364: text.
     Vcd,
+    /// The same with the signals of one bit only, all in one scope and each with a name of its own: programs for logic
+    /// analysers know no words, and tell signals apart by their names without scopes.
+    Levels,
     /// GTKWave's fast signal trace: packed.
     Fst,
 }
 
 impl Format {
-    /// What the ending of a file's name asks for; `None` if it names no waveform.
+    /// What the ending of a file's name asks for, without words where a program for logic analysers would not read them;
+    /// `None` if it names no waveform.
     #[must_use]
     pub fn of(file: &Path) -> Option<Self> {
         let ending = file.extension()?;
         if ending.eq_ignore_ascii_case("vcd") {
-            Some(Self::Vcd)
+            Some(Self::Levels)
         } else if ending.eq_ignore_ascii_case("fst") {
             Some(Self::Fst)
         } else {
             None
+        }
+    }
+}
+
+impl Format {
+    /// The same with signals of several bits.
+    #[must_use]
+    pub const fn with_words(self) -> Self {
+        match self {
+            Self::Vcd | Self::Levels => Self::Vcd,
+            Self::Fst => Self::Fst,
         }
     }
 }
@@ -206,6 +221,7 @@ impl<W: Sink> WaveWriter<W> {
         signals.check()?;
         let body = match format {
             Format::Vcd => Body::Vcd(vcd::Body::new(sink, writer, signals)?),
+            Format::Levels => Body::Vcd(vcd::Body::levels(sink, writer, signals)?),
             Format::Fst => Body::Fst(Box::new(fst::Body::new(sink, writer, signals)?)),
         };
         let signals = signals.all().map(|signal| (signal.width, signal.first)).collect();

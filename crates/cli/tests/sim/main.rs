@@ -217,7 +217,7 @@ fn the_ending_of_a_recording_chooses_what_is_recorded() {
         assert!(!folder.path().join(format!("{file}.partial")).exists());
         fs::read(folder.path().join(file)).unwrap()
     };
-    let bits = String::from_utf8(record("bits.vcd", &["--lines"])).unwrap();
+    let bits = String::from_utf8(record("bits.vcd", &["--lines", "--words"])).unwrap();
     assert!(bits.starts_with("$version encoring "), "{}", &bits[..80]);
     assert!(bits.contains("\n$timescale 100 ns $end\n"));
     for signal in ["wire 1 ( segment_0 $end", "wire 1 + segment_3 $end", "wire 32 : in [31:0] $end"] {
@@ -227,12 +227,19 @@ fn the_ending_of_a_recording_chooses_what_is_recorded() {
     // What is on its way then is drawn behind the devices that delay it.
     let end = last_time(&bits);
     assert!((500_980..=501_200).contains(&end), "{end}");
-    assert_eq!(bits.as_bytes(), record("again.vcd", &["--lines"]), "the same run, the same recording");
+    assert_eq!(
+        bits.as_bytes(),
+        record("again.vcd", &["--lines", "--words"]),
+        "the same run, the same recording"
+    );
 
-    let words = String::from_utf8(record("words.VCD", &[])).unwrap();
+    let words = String::from_utf8(record("words.VCD", &["--words"])).unwrap();
     assert!(words.contains(" out_service $end\n") && words.contains(" parameter [15:0] $end\n"));
     assert!(!words.contains("segment_0"));
     assert_eq!(last_time(&words), 500_980);
+
+    let levels = String::from_utf8(record("levels.vcd", &[])).unwrap();
+    assert!(levels.contains(" encoder_2_ssi_clock $end\n") && !levels.contains(" parameter"));
 
     let packed = record("bits.fst", &["--lines"]);
     assert!(packed.len() < bits.len() / 10);
@@ -248,7 +255,7 @@ fn the_ending_of_a_recording_chooses_what_is_recorded() {
 fn a_signal_leaves_a_whole_waveform() {
     let folder = tempfile::tempdir().unwrap();
     for file in ["ring.vcd", "ring.fst"] {
-        let sim = Sim::start(folder.path(), &["--lines", "--record", file]);
+        let sim = Sim::start(folder.path(), &["--lines", "--words", "--record", file]);
         let partial = folder.path().join(format!("{file}.partial"));
         assert!(partial.exists() && !folder.path().join(file).exists());
         let mut client = sim.connect("modbus");

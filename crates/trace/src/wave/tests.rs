@@ -65,6 +65,15 @@ fn a_value_change_dump_is_this_text() {
 }
 
 #[test]
+fn levels_are_the_signals_of_one_bit_with_names_of_their_own() {
+    let (_, bit, word) = two();
+    let changes = [(7, word, Value::Bits(0b1_0110)), (8, bit, Value::Bits(0)), (9, word, Value::Unknown)];
+    let text = String::from_utf8(written(Format::Levels, &changes, 12)).unwrap();
+    assert!(text.contains("$scope module top $end\n$var wire 1 ! first_bit $end\n$upscope $end\n"), "{text}");
+    assert!(text.ends_with("#0\n$dumpvars\n1!\n$end\n#7\n#8\n0!\n#9\n#12\n"), "{text}");
+}
+
+#[test]
 fn both_formats_read_back_the_same_elsewhere() {
     let (_, bit, word) = two();
     let mut changes = Vec::new();
@@ -149,7 +158,7 @@ fn what_would_not_read_back_is_refused() {
 #[test]
 fn the_ending_of_a_name_chooses_the_format() {
     for (name, format) in [
-        ("ring.vcd", Some(Format::Vcd)),
+        ("ring.vcd", Some(Format::Levels)),
         ("a.b.FST", Some(Format::Fst)),
         ("ring.csv", None),
         ("vcd", None),
