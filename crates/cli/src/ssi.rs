@@ -1,11 +1,13 @@
 //! `encoring ssi`: the second output of the CE-65-M.
 
+mod capture;
 mod captured;
 mod decode;
 mod drawing;
 mod encode;
 mod format;
 mod guess;
+mod sweep;
 
 use clap::{Args, Subcommand};
 
@@ -17,6 +19,7 @@ use crate::output::{Answer, Failure};
 Examples:
   encoring ssi encode 9999 --bits 25
   encoring ssi encode 9999 --bits 31 --svg ak40.svg
+  encoring ssi capture --out capture.sr
   encoring ssi guess capture.sr
   encoring ssi decode capture.sr --bits 25")]
 pub(crate) struct Arguments {
@@ -29,6 +32,8 @@ enum Question {
     Encode(encode::Arguments),
     Decode(decode::Arguments),
     Guess(guess::Arguments),
+    Capture(capture::Arguments),
+    Sweep(sweep::Arguments),
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
@@ -36,5 +41,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Question::Encode(arguments) => encode::run(arguments),
         Question::Decode(arguments) => decode::run(arguments),
         Question::Guess(arguments) => guess::run(arguments),
+        Question::Capture(arguments) => capture::run(arguments),
+        Question::Sweep(arguments) => sweep::run(arguments),
     }
 }

@@ -14,6 +14,7 @@ pub mod scan;
 pub mod scenario;
 pub mod span;
 pub mod ssi;
+pub mod ssi_bench;
 pub mod state;
 mod tap;
 pub mod waveform;

@@ -22,9 +22,9 @@ pub(crate) struct FormatArguments {
     /// The data come again every 26 clocks, and there are 24 bits
     #[arg(long)]
     repetition: bool,
-    /// Week of the encoder's firmware; older than 41/1997 there is no AK-40
-    #[arg(long, value_name = "WW/YYYY", default_value_t = Week::AK40)]
-    firmware: Week,
+    /// Week of the encoder's firmware; older than 41/1997 there is no AK-40 [default: 41/1997]
+    #[arg(long, value_name = "WW/YYYY")]
+    firmware: Option<Week>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -34,14 +34,28 @@ enum CodeName {
 }
 
 impl FormatArguments {
-    /// What the encoder sends.
-    pub(crate) fn format(&self) -> SsiFormat {
+    /// What service 0D programs.
+    pub(crate) fn values(&self) -> SsiValues {
         let code = match self.code {
             CodeName::Binary => Code::Binary,
             CodeName::Gray => Code::Gray,
         };
-        let bits = self.bits.unwrap_or(BITS_DEFAULT);
-        SsiFormat::new(SsiValues { repetition: self.repetition, code, bits }, self.firmware)
+        SsiValues { repetition: self.repetition, code, bits: self.bits.unwrap_or(BITS_DEFAULT) }
+    }
+
+    /// What the encoder sends.
+    pub(crate) fn format(&self) -> SsiFormat {
+        SsiFormat::new(self.values(), self.firmware.unwrap_or(Week::AK40))
+    }
+
+    /// The firmware, if it was told.
+    pub(crate) const fn firmware(&self) -> Option<Week> {
+        self.firmware
+    }
+
+    /// Bits, code or repetition were told.
+    pub(crate) fn is_given(&self) -> bool {
+        self.bits.is_some() || self.repetition || self.code != CodeName::Binary
     }
 
     /// What was asked for and has no effect [R117, R119].

@@ -1,5 +1,6 @@
 //! `encoring ssi`.
 
+mod bench;
 mod decode;
 
 use serde_json::Value;

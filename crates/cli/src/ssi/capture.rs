@@ -1,0 +1,177 @@
+//! `encoring ssi capture`: a simulated encoder, seen by a logic analyser.
+
+use std::io::{self, BufWriter, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+use encoring_files::{Existing, Growing};
+use encoring_sim::Scenario;
+use encoring_sim::ssi::{PlacedReader, SsiSettings};
+use encoring_sim::ssi_bench::{BenchError, Recording, capture};
+use encoring_trace::capture::{CaptureFormat, CaptureWriter};
+use encoring_words::Duration;
+use encoring_words::ssi_frame::Level;
+
+use super::format::{FormatArguments, rate};
+use crate::arguments::fault::{self, Faults};
+use crate::arguments::span;
+use crate::output::new_file::check_new_file;
+use crate::output::{Answer, Failure, bad_input, note};
+
+/// Clock rate, and time between transfers, of a reader that nobody described.
+const HZ_DEFAULT: u32 = 500_000;
+const EVERY_DEFAULT: Duration = Duration::from_millis(1);
+/// Samples a second of a session, which needs a rate.
+const SAMPLERATE_DEFAULT: u64 = 20_000_000;
+
+/// Make a capture of a simulated CE-65-M
+///
+/// The reader is that of --ssi, else that of the scenario, else one of 500 kHz with one clock more than the field has bits,
+/// every 1 ms. With --bits, --code or --repetition the encoder is programmed first.
+#[derive(Args, Debug)]
+#[command(after_help = "\
+Exit codes: 0 written; 1 the encoder did not take the format; 2 bad usage; 3 the
+file could not be written.
+
+Examples:
+  encoring ssi capture --out capture.sr
+  encoring ssi capture ring.toml --out capture.vcd --bits 25 --code gray --for 100ms
+  encoring ssi capture --out late.csv --ssi 2=1000,25,1ms --skew 650
+  encoring ssi capture --out short.sr --clocks 23 --samplerate 10MHz --jitter 40 --noise 1000")]
+pub(crate) struct Arguments {
+    /// What hangs on the ring [default: the built-in ring]
+    scenario: Option<PathBuf>,
+    /// The file: .vcd, .sr (sigrok) or .csv (as Saleae's Logic exports)
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// The reader, as for `encoring sim`
+    #[arg(long, value_name = "POSITION=KHZ,CLOCKS,EVERY")]
+    ssi: Option<PlacedReader>,
+    /// Clocks of each transfer, right or wrong
+    #[arg(long, value_name = "K")]
+    clocks: Option<u32>,
+    #[command(flatten)]
+    format: FormatArguments,
+    /// How long the capture is, in the time of the ring
+    #[arg(long = "for", value_name = "TIME", default_value = "100ms", value_parser = span)]
+    lasting: Duration,
+    /// Samples a second, as 10MHz; without it every change has its exact time [.sr: 20MHz]
+    #[arg(long, value_name = "RATE", value_parser = rate)]
+    samplerate: Option<u64>,
+    /// Each edge is seen late by up to so many nanoseconds, by chance
+    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    jitter: u32,
+    /// The data come so many nanoseconds late
+    #[arg(long, value_name = "NS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    skew: Option<u32>,
+    /// Of a million changes so many are followed by a spike of 100 ns on clock or data
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    noise: u32,
+    #[command(flatten)]
+    faults: Faults,
+    /// Replace the file if it is there
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl From<BenchError> for Failure {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::TooMany(error) => bad_input(error),
+            BenchError::NotProgrammed { .. } => Self::Refused(error.to_string()),
+            BenchError::Sink(error) => Self::NoAnswer(error.to_string()),
+        }
+    }
+}
+
+impl Arguments {
+    /// The scenario with its reader, and where that is.
+    fn scenario(&self) -> Result<(Scenario, usize), Failure> {
+        let scenario = self.scenario.as_ref().map_or_else(Scenario::built_in, |path| Scenario::read(path));
+        let mut scenario = scenario.map_err(bad_input)?;
+        let reader = self.reader(&scenario)?;
+        scenario.hang_reader(reader).map_err(|problem| bad_input(format!("--ssi {reader}: {problem}")))?;
+        let PlacedReader { position, .. } = reader;
+        if let (Some(device), Some(firmware)) = (scenario.devices.get_mut(position), self.format.firmware()) {
+            device.unit.firmware = firmware;
+        }
+        fault::add(&self.faults, &mut scenario)?;
+        if let Some(ns) = self.skew {
+            let fault = format!("ssi_skew={ns}:{position}").parse().map_err(bad_input)?;
+            scenario.add(&fault).map_err(|problem| bad_input(format!("--skew {ns}: {problem}")))?;
+        }
+        Ok((scenario, position))
+    }
+
+    fn reader(&self, scenario: &Scenario) -> Result<PlacedReader, Failure> {
+        let of_scenario = || {
+            let places = scenario.devices.iter().enumerate();
+            places
+                .filter_map(|(position, device)| {
+                    device.ssi.map(|settings| PlacedReader { position, settings })
+                })
+                .next()
+        };
+        let reader = match self.ssi.or_else(of_scenario) {
+            Some(reader) => reader,
+            None => {
+                let place = scenario.devices.iter().position(|device| device.unit.model().has_ssi_output());
+                let position = place
+                    .ok_or_else(|| bad_input("no encoder of the scenario has an SSI; a ce-65-m has one"))?;
+                let clocks = u32::from(self.format.format().bits()) + 1;
+                PlacedReader { position, settings: settings(HZ_DEFAULT, clocks, EVERY_DEFAULT, None)? }
+            }
+        };
+        let clocks = self.clocks.unwrap_or(reader.settings.clocks());
+        let old = reader.settings;
+        Ok(PlacedReader { settings: settings(old.hz(), clocks, old.every(), Some(old))?, ..reader })
+    }
+}
+
+fn settings(hz: u32, clocks: u32, every: Duration, old: Option<SsiSettings>) -> Result<SsiSettings, Failure> {
+    let taken_at = old.map(SsiSettings::taken_at).unwrap_or_default();
+    SsiSettings::new(hz, clocks, every, taken_at).map_err(|problem| bad_input(format!("--clocks: {problem}")))
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let file = &arguments.out;
+    let format = CaptureFormat::of(file).ok_or_else(|| {
+        bad_input(format!("--out {}: the name of a capture ends in .vcd, .sr or .csv", file.display()))
+    })?;
+    let existing = if arguments.overwrite { Existing::Replaced } else { Existing::Kept };
+    check_new_file("--out", file, existing)?;
+    if let Some(remark) = arguments.format.without_effect() {
+        note(&format!("note: {remark}"));
+    }
+    let (scenario, position) = arguments.scenario()?;
+    let samplerate = match (arguments.samplerate, format.holds_changes()) {
+        (None, false) => Some(SAMPLERATE_DEFAULT),
+        (rate, _) => rate,
+    };
+    let recording = Recording {
+        values: arguments.format.is_given().then(|| arguments.format.values()),
+        lasting: arguments.lasting,
+        jitter: Duration(arguments.jitter.into()),
+        spikes_per_million: arguments.noise,
+    };
+    let failed = |cause| Failure::NoAnswer(format!("--out {}: cannot be written: {cause}", file.display()));
+    let growing = Growing::begin(file, existing).map_err(failed)?;
+    let sink = BufWriter::new(growing.writer().map_err(failed)?);
+    let mut writer =
+        CaptureWriter::new(format, sink, &["clock", "data"], 0b11, samplerate).map_err(failed)?;
+    let mut changes = 0_u64;
+    let end = capture(&scenario, position, &recording, |at, clock, data| {
+        changes += 1;
+        let high = |level| u8::from(level == Level::High);
+        writer.change(at, high(clock) | high(data) << 1)
+    });
+    let end = end.map_err(|error| match error {
+        BenchError::Sink(cause) => failed(cause),
+        other => other.into(),
+    })?;
+    writer.finish(end).map_err(failed)?;
+    growing.finish().map_err(failed)?;
+    let line = format!("{changes} changes in {} of position {position}: {}", Duration(end), file.display());
+    writeln!(io::stdout().lock(), "{line}")?;
+    Ok(Answer::Yes)
+}
