@@ -72,7 +72,7 @@ pub(crate) static CE_100_M: DataSheet = DataSheet {
         (Section::Services, "4, 5"),
         (Section::Status, "5.6"),
         (Section::Limits, "2"),
-        (Section::Levels, "2"),
+        (Section::Levels, "2, 5.4"),
     ],
     device: "rotary multi-turn absolute encoder",
     standard: None,
