@@ -64,7 +64,10 @@ impl Dialog {
                 return Ok(None);
             }
             let typed = answer.strip_prefix('=').map(|steps| arguments::value(steps.trim()));
-            let number = answer.parse::<usize>().ok().and_then(|number| marks.get(number.checked_sub(1)?));
+            let number = arguments::value(&answer).ok().and_then(|number| {
+                let place = usize::try_from(number).ok()?.checked_sub(1)?;
+                marks.get(place)
+            });
             match (typed, number) {
                 (Some(Ok(shown)), _) => return Ok(Some(steps(shown))),
                 (_, Some(mark)) => return Ok(Some(mark.clone())),

@@ -159,7 +159,7 @@ fn model(arguments: &Arguments, dialog: &Dialog) -> Result<Model, Failure> {
     }
     loop {
         let answer = dialog.ask("Model on the type label of the old unit (la-66, ce-100-m or ce-65-m): ")?;
-        match answer.to_ascii_lowercase().parse() {
+        match crate::arguments::model_name(&answer) {
             Ok(model) => return Ok(model),
             Err(wrong) => dialog.tell(&format!("{answer:?}: {wrong}")),
         }
@@ -260,6 +260,7 @@ fn asked_positions(arguments: &Arguments, dialog: &Dialog, model: Model) -> Resu
     positions(arguments, model, &known, length)
 }
 
+#[expect(clippy::disallowed_methods, reason = "a length with decimals, which `host::scaling` reads")]
 fn asked_ratio(dialog: &Dialog, question: &str) -> Result<Ratio, Failure> {
     dialog.ask(question)?.parse().map_err(bad_input)
 }

@@ -86,6 +86,7 @@ impl From<BenchError> for Failure {
 
 impl Arguments {
     /// The scenario with its reader, and where that is.
+    #[expect(clippy::disallowed_methods, reason = "a fault, which `sim::fault` reads")]
     fn scenario(&self) -> Result<(Scenario, usize), Failure> {
         let scenario = self.scenario.as_ref().map_or_else(Scenario::built_in, |path| Scenario::read(path));
         let mut scenario = scenario.map_err(bad_input)?;

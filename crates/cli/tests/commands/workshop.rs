@@ -248,7 +248,11 @@ fn what_the_old_unit_held_is_told_without_any_encoder() {
     let words = "replace|--model|ce-100-m|--yes|--word|W#16#C200 W#16#270F|--word|C300000A|--word|16#C9000001|--word|C1000001";
     let told = out(&format!("{words}|--word|C4000000|--word|C5000000|--save|found.toml"), 0);
     assert!(told.contains("known    measuring_length = 9999: word W#16#C200 W#16#270F"), "{told}");
-    assert!(bench.file("found.toml").contains("counting_direction = 1"), "{}", bench.file("found.toml"));
+    assert!(
+        bench.file("found.toml").contains("counting_direction = { direction = \"falling\" }"),
+        "{}",
+        bench.file("found.toml")
+    );
     let missing = out(words, 3);
     assert!(missing.contains("preset_value_1: in no word, so it stays as the new unit has it"), "{missing}");
     let both = out(&format!("{words}|--word|C300000B"), 3);

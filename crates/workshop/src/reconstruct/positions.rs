@@ -104,6 +104,7 @@ impl FromStr for KnownPosition {
     type Err = String;
 
     /// `1000=12.5 mm`.
+    #[expect(clippy::disallowed_methods, reason = "what a scale of the machine shows, with its unit")]
     fn from_str(text: &str) -> Result<Self, String> {
         let (shown, reference) = text
             .split_once('=')
