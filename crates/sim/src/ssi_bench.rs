@@ -19,7 +19,7 @@ use crate::{Scenario, World, scenario};
 
 /// How a capture is made.
 #[derive(Clone, Copy, Debug)]
-pub struct Recording {
+pub struct BenchCapture {
     /// What service 0D programs before; `None` leaves what the encoder has.
     pub values: Option<SsiValues>,
     /// How long it goes on.
@@ -127,7 +127,7 @@ impl Bench {
 pub fn capture(
     scenario: &Scenario,
     position: usize,
-    recording: &Recording,
+    recording: &BenchCapture,
     mut each: impl FnMut(u64, Level, Level) -> io::Result<()>,
 ) -> Result<u64, BenchError> {
     let mut bench = Bench::new(scenario, position)?;
@@ -161,8 +161,8 @@ struct View {
 type Each<'a> = &'a mut dyn FnMut(u64, Level, Level) -> io::Result<()>;
 
 impl View {
-    fn new(seed: u64, recording: &Recording) -> Self {
-        let Recording { jitter, spikes_per_million, .. } = *recording;
+    fn new(seed: u64, recording: &BenchCapture) -> Self {
+        let BenchCapture { jitter, spikes_per_million, .. } = *recording;
         let chance = Pcg64Mcg::seed_from_u64(seed);
         Self { chance, jitter_ns: jitter.as_nanos(), spikes_per_million, shown: None }
     }

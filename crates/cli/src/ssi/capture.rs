@@ -7,7 +7,7 @@ use clap::Args;
 use encoring_files::{Existing, Growing};
 use encoring_sim::Scenario;
 use encoring_sim::ssi::{PlacedReader, SsiSettings};
-use encoring_sim::ssi_bench::{BenchError, Recording, capture};
+use encoring_sim::ssi_bench::{BenchCapture, BenchError, capture};
 use encoring_trace::capture::{CaptureFormat, CaptureWriter};
 use encoring_words::Duration;
 use encoring_words::ssi_frame::Level;
@@ -149,7 +149,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         (None, false) => Some(SAMPLERATE_DEFAULT),
         (rate, _) => rate,
     };
-    let recording = Recording {
+    let recording = BenchCapture {
         values: arguments.format.is_given().then(|| arguments.format.values()),
         lasting: arguments.lasting,
         jitter: Duration(arguments.jitter.into()),
