@@ -17,8 +17,8 @@
 //! refresh [C35]; what these limits exclude is found. With polls so far apart that half of the range can be travelled
 //! between them, nothing is excluded and every position of the range is valid.
 //!
-//! After a jump the positions stay implausible until they come back to where they were, until [`Validity::rebase`], or
-//! by [`Recovery::After`]: an encoder that has lost its zero goes on counting without any fault to be seen [C29].
+//! After a jump the positions stay implausible until they come back to where they would be without it, or until
+//! [`Validity::rebase`]: an encoder that has lost its zero goes on counting without any fault to be seen [C29].
 //!
 //! ```
 //! use encoring_host::Seen;
@@ -52,7 +52,7 @@ use encoring_words::parameter::Code;
 use encoring_words::word::{In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, InWord, Instant, Service, gray};
 
-pub use expectation::{Expectation, Limits, NoExpectation, Recovery};
+pub use expectation::{Expectation, Limits, NoExpectation};
 
 use crate::Seen;
 use track::{EVER, Sample, Space, Track};
@@ -207,10 +207,10 @@ struct Suspect {
     /// The most time that the jump can have taken, in which something may have moved besides.
     gap: i128,
     why: Why,
-    /// How many samples it has, of those that are surely different ones.
-    samples: u32,
-    /// When the last of them was taken at the latest.
-    counted: i128,
+    /// When its first sample was taken at the latest.
+    first: i128,
+    /// All its samples may be that one.
+    single: bool,
 }
 
 /// Whether a position can be that of a magnet that was gone: held, and older than a refresh time.
@@ -397,28 +397,21 @@ impl Validity {
             };
         };
         self.excludes = self.space.excludes(suspect.unmoved.time_to(sample));
-        let unmoved = suspect.unmoved.follow(&self.space.without_acceleration(), sample, refresh);
-        let back = unmoved.and_then(|_| track.follow(&self.space, sample, refresh));
+        let back = match suspect.may_be_back(track, &self.space, sample, refresh) {
+            Ok(()) => track.follow(&self.space, sample, refresh),
+            Err(why) => Err(why),
+        };
         let onwards = suspect.track.follow(&self.space, sample, refresh);
         let distance = |track: &Track| self.space.distance(track.value(), sample.value);
         // A place to which both lead is no proof of a return, unless the jump was a single sample.
         let returned =
-            onwards.is_err() || suspect.samples == 1 && distance(&suspect.unmoved) < distance(&suspect.track);
+            onwards.is_err() || suspect.single && distance(&suspect.unmoved) < distance(&suspect.track);
         match (back, onwards) {
             (Ok(track), _) if returned => {
                 (self.track, self.suspect) = (Some(track), None);
                 Ok(())
             }
-            (_, Ok(track)) => {
-                let why = suspect.go_on(&self.space, &track, sample);
-                match self.limits.recovery {
-                    Recovery::After(samples) if suspect.samples >= samples.get() => {
-                        (self.track, self.suspect) = (Some(track), None);
-                        Ok(())
-                    }
-                    Recovery::After(_) | Recovery::Rebase => Err(why),
-                }
-            }
+            (_, Ok(track)) => Err(suspect.go_on(&self.space, &track, sample)),
             (Ok(_), Err(why)) | (Err(why), Err(_)) => {
                 self.suspect = Some(Suspect::new(&suspect.unmoved, sample, why));
                 Err(why)
@@ -431,7 +424,25 @@ impl Suspect {
     fn new(before: &Track, sample: &Sample, why: Why) -> Self {
         let gap = before.time_to(sample);
         let track = Track::begin(sample);
-        Self { track, unmoved: *before, gap, why, samples: 1, counted: sample.latest }
+        Self { track, unmoved: *before, gap, why, first: sample.latest, single: true }
+    }
+
+    /// Whether a sample may be where the positions would be without the jump, or why not.
+    ///
+    /// A shaft that moved, and words that have stood still since the jump: they show nothing of its movement, so it may
+    /// be wherever the limits allow, while these still exclude a good part of the range.
+    fn may_be_back(
+        &self,
+        before: &Track,
+        space: &Space,
+        sample: &Sample,
+        refresh: Duration,
+    ) -> Result<(), Why> {
+        let stuck = before.moves() && self.track.has_stood();
+        if stuck && space.excludes(before.time_to(sample)) {
+            return Ok(());
+        }
+        self.unmoved.follow(&space.without_acceleration(), sample, refresh).map(drop)
     }
 
     fn go_on(&mut self, space: &Space, track: &Track, sample: &Sample) -> Why {
@@ -439,10 +450,7 @@ impl Suspect {
         let earliest = sample.earliest.saturating_sub(self.gap);
         self.unmoved = Track::begin(&Sample { value, earliest, ..*sample });
         self.track = *track;
-        if sample.earliest > self.counted {
-            self.samples = self.samples.saturating_add(1);
-            self.counted = sample.latest;
-        }
+        self.single &= sample.earliest <= self.first;
         self.why
     }
 }

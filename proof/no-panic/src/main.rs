@@ -13,7 +13,7 @@ use encoring_device::{BusDevice, Surroundings};
 use encoring_encoder::records::{self, EEPROM_BYTES, Record};
 use encoring_encoder::{Encoder, Magnet, Ram, ServiceTimes, StaleService, Terminals, Unit, ZeroLoss};
 use encoring_host::Seen;
-use encoring_host::validity::{Expectation, Limits, Recovery, Validity};
+use encoring_host::validity::{Expectation, Limits, Validity};
 use encoring_ring::frame::{self, Control, EndWord, Outgoing};
 use encoring_ring::image::Half;
 use encoring_ring::master::WhenBroken;
@@ -206,7 +206,6 @@ fn validity() {
         acceleration_mm_s2: NonZeroU32::new(any()),
         refresh: Duration(any()),
         stale_after: Duration(any()),
-        recovery: NonZeroU32::new(any()).map_or(Recovery::Rebase, Recovery::After),
         ..Limits::of(model(), Duration(any()))
     };
     let mut validity = Validity::new(expectation, limits);

@@ -140,8 +140,7 @@ const fn ceil(dividend: i128, divisor: i128) -> i128 {
     dividend / divisor + (dividend % divisor != 0) as i128
 }
 
-/// How fast the shaft or the magnet may move, how old a position may be, and what follows an impossible one. `None`:
-/// without limit. What does not concern the encoder's sensor is not looked at.
+/// How fast the shaft or the magnet may move, and how old a position may be. `None`: without limit. What does not concern the encoder's sensor is not looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Speed of a shaft in revolutions per minute.
@@ -158,17 +157,6 @@ pub struct Limits {
     pub cycle: Duration,
     /// A position is stale when the word that brought it may be older than this.
     pub stale_after: Duration,
-    /// What ends an implausible jump.
-    pub recovery: Recovery,
-}
-
-/// What makes the positions after an implausible jump valid again, unless they come back to where they were.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Recovery {
-    /// Only [`Validity::rebase`](super::Validity::rebase).
-    Rebase,
-    /// So many samples in a row, the first with the jump, that are plausible among one another.
-    After(NonZeroU32),
 }
 
 impl Limits {
@@ -192,7 +180,6 @@ impl Limits {
             refresh: model.refresh(),
             cycle,
             stale_after: Duration::from_millis(100),
-            recovery: Recovery::Rebase,
         }
     }
 }

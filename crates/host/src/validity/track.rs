@@ -204,6 +204,16 @@ impl Track {
         self.value
     }
 
+    /// Whether all its samples lie at one place.
+    pub(super) const fn has_stood(&self) -> bool {
+        self.lowest == self.highest
+    }
+
+    /// Whether the samples that are kept lie at different places.
+    pub(super) fn moves(&self) -> bool {
+        self.kept.iter().flatten().any(|kept| kept.place != self.place)
+    }
+
     /// The most time that there can have been from its last sample to another.
     pub(super) fn time_to(&self, sample: &Sample) -> i128 {
         sample.latest.saturating_sub(self.bottom.min(self.top))

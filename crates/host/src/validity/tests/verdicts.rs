@@ -9,7 +9,7 @@ use encoring_words::{ErrorStatus, gray};
 use proptest::prelude::*;
 
 use super::*;
-use crate::validity::{NoExpectation, Recovery, Why};
+use crate::validity::{NoExpectation, Why};
 
 fn stale(last: Option<u32>, ms: u64) -> Position {
     Position::Stale { last, age: Duration::from_millis(ms) }
@@ -192,9 +192,8 @@ fn the_stop_is_called_for_each_of_the_three_reasons_once() {
 }
 
 /// The zero of 10 turns of 1000 steps is lost by 6 turns [C29].
-fn with_a_lost_zero(recovery: Recovery) -> Bench {
-    let limits = Limits { recovery, ..sheet(Model::Ce65M) };
-    let mut bench = Bench::new(Model::Ce65M, Q4096, &range(9_999, 10, 1), limits);
+fn with_a_lost_zero() -> Bench {
+    let mut bench = Bench::new(Model::Ce65M, Q4096, &range(9_999, 10, 1), sheet(Model::Ce65M));
     assert_eq!(bench.poll(0, 1_234), Position::Valid(1_234));
     bench.nothing(10_000);
     bench
@@ -203,7 +202,7 @@ fn with_a_lost_zero(recovery: Recovery) -> Bench {
 // [R142]
 #[test]
 fn a_zero_that_was_lost_by_6_turns_is_caught_and_does_not_heal_with_time() {
-    let mut bench = with_a_lost_zero(Recovery::Rebase);
+    let mut bench = with_a_lost_zero();
     let within = Duration::from_micros(11_500);
     let speed = Why::Speed { from: 1_234, to: 7_234, within };
     assert_eq!(bench.poll(1_000, 7_234), Position::Implausible(speed));
@@ -218,15 +217,53 @@ fn a_zero_that_was_lost_by_6_turns_is_caught_and_does_not_heal_with_time() {
     assert_eq!(bench.stops.len(), 1);
 }
 
-#[test]
-fn a_lost_zero_can_be_taken_as_new_after_some_plausible_samples() {
-    let mut bench = with_a_lost_zero(Recovery::After(NonZeroU32::new(4).unwrap()));
-    for _ in 0..3 {
-        assert_eq!(bench.poll(1_000, 7_234).valid(), None);
+/// A shaft that turns a turn of 4096 steps in 100 ms, whose word is stuck elsewhere from 1 s to `until_ms`.
+fn with_a_stuck_word(stuck: u32, until_ms: u32) -> (Bench, u32) {
+    let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
+    let place = |ms: u32| 0x10_0000 + ms * 4_096 / 100;
+    for ms in (0..1_000).step_by(10) {
+        assert_eq!(bench.poll(10_000, place(ms)), Position::Valid(place(ms)));
     }
-    // The same sample again is no further one.
-    assert_eq!(bench.poll(100, 7_234).valid(), None);
-    assert_eq!(bench.poll(900, 7_234), Position::Valid(7_234));
+    for _ in (1_000..until_ms).step_by(10) {
+        assert_eq!(bench.poll(10_000, stuck).valid(), None);
+    }
+    (bench, place(until_ms))
+}
+
+#[test]
+fn a_word_that_was_stuck_elsewhere_is_over_when_the_position_is_where_the_shaft_can_have_turned_to() {
+    // For 9 s a shaft cannot have travelled half of the 4096 turns.
+    for until_ms in [1_010, 1_500, 10_000] {
+        let (mut bench, place) = with_a_stuck_word(0x80_0000, until_ms);
+        assert_eq!(bench.poll(10_000, place), Position::Valid(place), "{until_ms}");
+        assert!(!bench.validity.has_jumped());
+        assert_eq!(bench.poll(10_000, place + 410), Position::Valid(place + 410));
+    }
+}
+
+#[test]
+fn a_word_that_was_stuck_is_not_over_where_the_shaft_cannot_be_or_could_be_anywhere() {
+    // 100 turns a second are the limit.
+    let (mut bench, place) = with_a_stuck_word(0x80_0000, 1_500);
+    assert_eq!(bench.poll(10_000, place + 70 * 4_096).valid(), None);
+    assert!(bench.validity.has_jumped());
+    // After 21 s whatever came would be possible.
+    let (mut bench, place) = with_a_stuck_word(0x80_0000, 22_000);
+    assert_eq!(bench.poll(10_000, place).valid(), None);
+}
+
+#[test]
+fn a_shaft_at_rest_that_shows_one_wrong_place_after_the_other_stays_implausible() {
+    let mut bench = Bench::ce_65_m(sheet(Model::Ce65M));
+    for _ in 0..100 {
+        assert_eq!(bench.poll(10_000, 0x10_0000), Position::Valid(0x10_0000));
+    }
+    for wrong in [1_000, 4, 8].map(|turns| 0x10_0000 + turns * 4_096) {
+        for _ in 0..100 {
+            assert_eq!(bench.poll(10_000, wrong).valid(), None);
+        }
+    }
+    assert_eq!(bench.poll(10_000, 0x10_0000), Position::Valid(0x10_0000));
 }
 
 #[test]
