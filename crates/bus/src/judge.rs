@@ -225,7 +225,8 @@ pub struct Judge {
 }
 
 impl Judge {
-    /// With the active values of some parameters, or none, and the sensor if it is known.
+    /// With the active values of some parameters, or none, and the sensor if it is known. Without a rod's length no speed
+    /// of its magnet can be judged, and the tolerance's is left aside.
     ///
     /// # Errors
     /// [`NoExpectation`] if no encoder can have these values active.
@@ -236,7 +237,9 @@ impl Judge {
         tolerance: Tolerance,
     ) -> Result<Self, NoExpectation> {
         let Known { expectation, blind, measuring_length } = Known::new(model, sensor, values)?;
-        let validity = Validity::new(expectation, tolerance.limits(model, blind.is_empty()));
+        let length_known = sensor.is_some() || model.sensor_kind() == SensorKind::Rotary;
+        let motion_known = blind.is_empty() && length_known;
+        let validity = Validity::new(expectation, tolerance.limits(model, motion_known));
         let unknown = blind.len();
         Ok(Self { model, tolerance, validity, measuring_length, blind, unknown, active: None })
     }
@@ -391,7 +394,7 @@ impl Known {
         let expect = |sensor| Expectation::new(model, sensor, &set);
         let expectation = match (sensor, model.sensor_kind()) {
             (Some(sensor), _) => expect(sensor),
-            // The rod only matters with a limit of its speed, and there is none.
+            // Of a rod whose length is not known no speed can be judged: it is left aside.
             (None, SensorKind::Linear) => expect(Sensor::Linear {
                 rod_um: set.measuring_length().saturating_mul(10).clamp(ROD_UM_MIN, ROD_UM_MAX),
             }),

@@ -142,8 +142,7 @@ pub struct Watch<'a, B: ?Sized> {
     /// First position and number of encoders that follow one another.
     runs: Vec<(usize, usize)>,
     input: Vec<InWord>,
-    /// The OUT words can be read, as far as is known.
-    out_readable: bool,
+    out_words: OutWords,
     began: Instant,
     due: Instant,
     polls: u64,
@@ -174,7 +173,7 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             input: vec![InWord(0); subjects.len()],
             subjects,
             runs,
-            out_readable: true,
+            out_words: OutWords { is_readable: true, is_asked: true },
             began,
             due: began,
             polls: 0,
@@ -251,14 +250,32 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         }
     }
 
-    fn look(&mut self, mut insight: impl FnMut(usize) -> Option<Insight>) {
+    fn look(&mut self, insight: impl FnMut(usize) -> Option<Insight>) {
         self.poll.sights.clear();
         self.poll.link.clear();
         self.poll.acknowledged = std::mem::take(&mut self.acknowledged);
         let diagnosis = self.bus.diagnosis();
         let asked = self.bus.now();
+        let words_came = self.look_at_encoders(&diagnosis, insight);
+        self.answered |= words_came;
+        // Where no word came either, the trouble is told already.
+        let told = diagnosis.is_ok() || words_came;
+        self.poll.ring = if told { self.history.take(asked, &diagnosis) } else { None };
+        self.poll.diagnosis = diagnosis.unwrap_or_default();
+        while let Some(event) = self.bus.link_event() {
+            self.poll.link.push(event);
+        }
+        self.poll.at = self.bus.now();
+    }
+
+    /// `true` if a word came.
+    fn look_at_encoders(
+        &mut self,
+        diagnosis: &Result<Diagnosis, BusError>,
+        mut insight: impl FnMut(usize) -> Option<Insight>,
+    ) -> bool {
         let (mut subjects, mut words) = (self.subjects.iter_mut(), self.input.as_mut_slice());
-        let mut ask = self.out_readable;
+        self.out_words.is_asked = self.out_words.is_readable;
         let mut words_came = false;
         for &(first, count) in &self.runs {
             let (run, rest) = std::mem::take(&mut words).split_at_mut_checked(count).unwrap_or_default();
@@ -269,41 +286,45 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             // The run first: at its end no subject may be taken.
             for (word, subject) in run.iter().zip(subjects.by_ref()) {
                 let position = subject.position;
-                let brought = cycle.as_ref().map(|cycle| Seen { input: *word, age: cycle.age });
-                let seen = brought.ok();
-                let out = (seen.is_some() && ask).then(|| self.bus.out(position));
-                match &out {
-                    Some(Err(BusError::Client(client))) if client.answered() == Answered::Refused => {
-                        (ask, self.out_readable) = (false, false);
-                    }
-                    // The rest would wait for nothing too.
-                    Some(Err(_)) => ask = false,
-                    Some(Ok(_)) | None => {}
-                }
+                let seen = cycle.as_ref().map(|cycle| Seen { input: *word, age: cycle.age });
+                let out = if seen.is_ok() { self.out_words.read(self.bus, position) } else { None };
                 if let Some(insight) = insight(position) {
                     subject.judge.learn(insight);
                 }
+                let (input, age) = seen.as_ref().map(|seen| (seen.input, seen.age)).ok().unzip();
                 let (verdict, stop) =
-                    subject.judge.judge(at, brought.map_err(Clone::clone), ring_at(&diagnosis, position));
-                self.poll.sights.push(Sight {
-                    position,
-                    at,
-                    input: seen.map(|seen| seen.input),
-                    age: seen.map(|seen| seen.age),
-                    out: out.and_then(Result::ok),
-                    verdict,
-                    stop,
-                });
+                    subject.judge.judge(at, seen.map_err(Clone::clone), ring_at(diagnosis, position));
+                self.poll.sights.push(Sight { position, at, input, age, out, verdict, stop });
             }
         }
-        self.answered |= words_came;
-        // Where no word came either, the trouble is told already.
-        let told = diagnosis.is_ok() || words_came;
-        self.poll.ring = if told { self.history.take(asked, &diagnosis) } else { None };
-        self.poll.diagnosis = diagnosis.unwrap_or_default();
-        while let Some(event) = self.bus.link_event() {
-            self.poll.link.push(event);
+        words_came
+    }
+}
+
+/// Whether the OUT words can be read.
+#[derive(Debug)]
+struct OutWords {
+    /// As far as is known.
+    is_readable: bool,
+    /// In this poll too.
+    is_asked: bool,
+}
+
+impl OutWords {
+    fn read<B: Bus + ?Sized>(&mut self, bus: &mut B, position: usize) -> Option<OutWord> {
+        if !self.is_asked {
+            return None;
         }
-        self.poll.at = self.bus.now();
+        match bus.out(position) {
+            Ok(out) => Some(out),
+            Err(error) => {
+                // The rest would wait for nothing too.
+                self.is_asked = false;
+                let refused =
+                    matches!(error, BusError::Client(client) if client.answered() == Answered::Refused);
+                self.is_readable &= !refused;
+                None
+            }
+        }
     }
 }

@@ -14,6 +14,7 @@ use encoring_trace::log::{Log, LogError, LogProblem, LogRow, MasterColumns, Rota
 use encoring_words::{Duration, Instant};
 use serde::Serialize;
 
+use crate::acknowledging::Acknowledging;
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace};
 use crate::bus::{AnyBus, Opened};
@@ -36,11 +37,13 @@ const SHOW_EVERY: Real = Real::from_millis(200);
 
 /// Log what encoders show, for days
 ///
-/// Only reads: never writes an OUT word. It judges every 10 ms (--poll) and writes a row for every encoder each 100 ms (--every)
-/// and at each change of its verdict: time, words, verdict, position. FILE.csv is
-/// always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A FILE.csv
-/// that is there is kept as FILE.1.csv if it is a log, and else refused; it stays FILE.csv until a word was seen. Every
-/// second all rows are brought onto the disk.
+/// Only reads: never writes an OUT word. It judges every 10 ms (--poll) and writes a row for every encoder each 100 ms
+/// (--every) and at each change of its verdict: time, words, verdict, position. A jump stays marked until the position
+/// is back, or until SIGUSR1 acknowledges it.
+///
+/// FILE.csv is always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A
+/// FILE.csv that is there is kept as FILE.1.csv if it is a log, and else refused; it stays FILE.csv until a word was
+/// seen. Every second all rows are brought onto the disk.
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 1 with --exit-on-fault: a fault was seen; 2 bad usage, or FILE is no
@@ -213,6 +216,7 @@ struct Logging<'a> {
     log: Log,
     arguments: &'a Arguments,
     calendar: Calendar,
+    acknowledging: Acknowledging,
     /// When the next row of every encoder is due.
     due: Instant,
     /// Of each encoder what the last row was made of.
@@ -229,6 +233,7 @@ struct Logging<'a> {
 impl<'a> Logging<'a> {
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
     fn new(log: Log, arguments: &'a Arguments, calendar: Calendar) -> io::Result<Self> {
+        let acknowledging = Acknowledging::by_signal()?;
         let now = Clock::now();
         let verdicts = [0; Judgement::WORDS.len()];
         let lasting = arguments.lasting.lasting;
@@ -241,6 +246,7 @@ impl<'a> Logging<'a> {
             log,
             arguments,
             calendar,
+            acknowledging,
             due,
             faults: Faults::default(),
             before,
@@ -260,7 +266,11 @@ impl<'a> Logging<'a> {
         world: Option<&SharedWorld>,
     ) -> Result<(Summary, Answer, Printer), LogError> {
         let began = watch.now();
-        while let Some(poll) = watch.poll_with(|position| world?.insight(position)) {
+        loop {
+            if self.acknowledging.take() {
+                watch.acknowledge();
+            }
+            let Some(poll) = watch.poll_with(|position| world?.insight(position)) else { break };
             self.poll(poll)?;
             self.faults.take(poll);
             let now = Clock::now();
@@ -310,9 +320,10 @@ impl<'a> Logging<'a> {
         Ok(())
     }
 
-    /// What happened to the link and the ring, into the log and beside it. What happened to an encoder its rows say.
+    /// What happened to the link and the ring, into the log and beside it. Of an encoder its rows say
+    /// what happened; only a jump is for somebody to know.
     fn history(&mut self, poll: &Poll) -> Result<(), LogError> {
-        for event in news(poll, &self.calendar).iter().filter(|event| event.lasting) {
+        for event in news(poll, &self.calendar, &self.acknowledging).iter().filter(|event| event.lasting) {
             let text = event.to_string();
             let text = text.trim_start();
             let line = format!("event {}: {text}", event.event);

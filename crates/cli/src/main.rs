@@ -2,6 +2,7 @@
 //!
 //! A command is a file: its arguments, and a `run` that ends in an [`Answer`](output::Answer) or a failure.
 
+mod acknowledging;
 mod arguments;
 mod ask;
 mod backup;

@@ -10,6 +10,7 @@ use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
 use encoring_words::Instant;
 use serde::Serialize;
 
+use crate::acknowledging::Acknowledging;
 use crate::output::time::{seconds, span};
 
 /// Which date a time on the bus's clock is.
@@ -79,7 +80,7 @@ impl DiagnosisView {
 }
 
 /// What happened with a poll.
-pub(crate) fn news(poll: &Poll, calendar: &Calendar) -> Vec<News> {
+pub(crate) fn news(poll: &Poll, calendar: &Calendar, acknowledging: &Acknowledging) -> Vec<News> {
     let told = |event, at: Instant, position, text| News {
         event,
         time_ns: at.as_nanos(),
@@ -103,13 +104,17 @@ pub(crate) fn news(poll: &Poll, calendar: &Calendar) -> Vec<News> {
         news.push(News { lasting: true, ..told("acknowledged", poll.at, Some(*position), text) });
     }
     for sight in &poll.sights {
-        let (event, text) = match sight.stop {
+        let (event, text, lasting) = match sight.stop {
             None => continue,
-            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned()),
-            Some(Stop::Implausible(why)) => ("implausible", why.to_string()),
-            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age))),
+            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned(), false),
+            Some(Stop::Implausible(why)) if why.is_step() => {
+                // Somebody has to know it to end it.
+                ("implausible", format!("{why}; {}", acknowledging.how), true)
+            }
+            Some(Stop::Implausible(why)) => ("implausible", why.to_string(), false),
+            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age)), false),
         };
-        news.push(told(event, sight.at, Some(sight.position), text));
+        news.push(News { lasting, ..told(event, sight.at, Some(sight.position), text) });
     }
     news
 }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use clap::Args;
 use encoring_bus::watch::Subject;
-use encoring_bus::{Judge, Tolerance};
-use encoring_words::model::Sensor;
+use encoring_bus::{Blind, Judge, Tolerance};
+use encoring_words::model::{Sensor, SensorKind};
 use encoring_words::{Duration, Model};
 use encoring_workshop::{KeptEncoder, ParameterFile};
 
@@ -44,6 +44,9 @@ pub(crate) struct SubjectArguments {
     /// How fast the magnets of rods move at most: without it no jump on a rod is noticed
     #[arg(long, value_name = "N")]
     max_mm_s: Option<NonZeroU32>,
+    /// Length of the rods on their type labels, for --max-mm-s: of all, or of each; a simulated ring knows them
+    #[arg(long, value_name = "MM[,MM..]", value_parser = arguments::millimetres, value_delimiter = ',')]
+    rod_mm: Vec<u32>,
 }
 
 /// An encoder as it was asked for.
@@ -51,16 +54,26 @@ struct Asked {
     position: usize,
     model: Option<Model>,
     native: Option<u32>,
+    rod_um: Option<u32>,
     file: Option<(String, KeptEncoder)>,
 }
 
 impl SubjectArguments {
     /// The encoders, each with who judges it.
     pub(crate) fn subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
+        let subjects = self.opened_subjects(opened)?;
+        self.concern(&subjects, opened.is_simulated())?;
+        Ok(subjects)
+    }
+
+    fn opened_subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
         match &opened.world {
             Some(world) => {
                 if !self.parameters.is_empty() {
                     return Err(bad_input("--parameters: a simulated ring knows those of its encoders"));
+                }
+                if !self.rod_mm.is_empty() {
+                    return Err(bad_input("--rod-mm: a simulated ring knows its rods"));
                 }
                 let all = (0..world.with(|world| world.places().len())).collect();
                 let at = self.at.clone().unwrap_or(Positions(all));
@@ -77,6 +90,30 @@ impl SubjectArguments {
         }
     }
 
+    /// Refuses an option of a movement that nothing here can be judged by.
+    fn concern(&self, subjects: &[Subject], simulated: bool) -> Result<(), Failure> {
+        let options = [
+            ("--max-rpm", self.max_rpm.is_some(), SensorKind::Rotary, "shaft"),
+            ("--max-mm-s", self.max_mm_s.is_some(), SensorKind::Linear, "rod"),
+            ("--rod-mm", !self.rod_mm.is_empty(), SensorKind::Linear, "rod"),
+        ];
+        for (option, _, kind, what) in options.into_iter().filter(|(_, given, ..)| *given) {
+            let judges = || subjects.iter().map(|subject| &subject.judge);
+            let mut concerned = judges().filter(|judge| judge.model().sensor_kind() == kind).peekable();
+            if concerned.peek().is_none() {
+                return Err(bad_input(format!("{option}: none of these encoders is a {what}")));
+            }
+            // A simulation shows its parameters with the first poll.
+            if !simulated && concerned.all(|judge| judge.blind().contains(&Blind::Motion)) {
+                return Err(bad_input(format!(
+                    "{option}: the scaling of no {what} here is known, so no movement can be judged; give its \
+                     parameters with --parameters FILE.toml"
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Brings the lists together.
     fn asked(&self, at: &Positions) -> Result<Vec<Asked>, Failure> {
         let count = at.0.len();
@@ -89,6 +126,7 @@ impl SubjectArguments {
         };
         fits("--model", self.model.len())?;
         fits("--native", self.native.len())?;
+        fits("--rod-mm", self.rod_mm.len())?;
         let of = |k: usize, given: usize| if given == 1 { 0 } else { k };
         let mut asked: Vec<Asked> = Vec::new();
         for (k, position) in at.0.iter().enumerate() {
@@ -96,6 +134,7 @@ impl SubjectArguments {
                 position: *position,
                 model: self.model.get(of(k, self.model.len())).copied(),
                 native: self.native.get(of(k, self.native.len())).copied(),
+                rod_um: self.rod_mm.get(of(k, self.rod_mm.len())).copied(),
                 file: None,
             });
         }
@@ -156,7 +195,7 @@ impl SubjectArguments {
     }
 
     fn real(&self, asked: Asked) -> Result<Subject, Failure> {
-        let Asked { position, model, native, file } = asked;
+        let Asked { position, model, native, rod_um, file } = asked;
         let from_file = file.as_ref().map(|(_, file)| file.model);
         let Some(model) = model.or(from_file) else {
             return Err(bad_input(
@@ -169,15 +208,32 @@ impl SubjectArguments {
             return Err(bad_input(problem));
         }
         let native = native.or(file.as_ref().and_then(|(_, file)| file.label.native));
-        // One number may be meant for all, rods among them.
-        let sensor = match (model.steps_per_turn(), native) {
-            ([], _) | ([_, _, ..], None) => None,
-            ([only], None) => Some(Sensor::Rotary { steps_per_turn: *only }),
-            (_, Some(native)) => Some(built_with(model, native)?),
-        };
+        let sensor = sensor(model, native, rod_um)?;
         let values = file.as_ref().map(|(_, file)| file.values.clone()).unwrap_or_default();
         let judge = Judge::new(model, sensor, &values, self.tolerance())
             .map_err(|error| bad_input(format!("{name}: {error}")))?;
+        let is_rod = model.sensor_kind() == SensorKind::Linear;
+        if is_rod && sensor.is_none() && self.max_mm_s.is_some() && !judge.blind().contains(&Blind::Motion) {
+            return Err(bad_input(format!(
+                "--max-mm-s: the length of the rod at position {position} is not known; give it with --rod-mm N, from \
+                 the type label"
+            )));
+        }
         Ok(Subject { position, judge })
     }
+}
+
+/// What an encoder measures with, as far as it is known. One number may be meant for all, so that of another kind is
+/// left aside.
+fn sensor(model: Model, native: Option<u32>, rod_um: Option<u32>) -> Result<Option<Sensor>, Failure> {
+    let rod = |rod_um| {
+        let built = model.built_with(Sensor::Linear { rod_um });
+        built.map_err(|wrong| bad_input(format!("--rod-mm: {wrong}")))
+    };
+    Ok(match (model.sensor_kind(), model.steps_per_turn(), native) {
+        (SensorKind::Linear, ..) => rod_um.map(rod).transpose()?,
+        (SensorKind::Rotary, [only], None) => Some(Sensor::Rotary { steps_per_turn: *only }),
+        (SensorKind::Rotary, _, None) => None,
+        (SensorKind::Rotary, _, Some(native)) => Some(built_with(model, native)?),
+    })
 }

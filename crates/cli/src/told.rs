@@ -4,7 +4,7 @@ use std::fmt;
 
 use encoring_bus::master::MasterError;
 use encoring_bus::watch::{Poll, Watch};
-use encoring_bus::{Bus, BusError};
+use encoring_bus::{Bus, BusError, RingNews};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
@@ -64,12 +64,14 @@ impl fmt::Display for FaultSeen {
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
     first: Option<FaultSeen>,
-    /// Of an encoder nothing was known at some time.
+    /// Of an encoder, or of whether its ring runs, nothing was known at some time.
     unknown: bool,
 }
 
 impl Faults {
     pub(crate) fn take(&mut self, poll: &Poll) {
+        // Whether the ring runs was to be looked at.
+        self.unknown |= matches!(poll.ring, Some(RingNews::Unread(_)));
         for sight in &poll.sights {
             match sight.verdict.is_fault() {
                 Some(true) if self.first.is_none() => {

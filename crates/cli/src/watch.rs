@@ -7,8 +7,7 @@ mod seen;
 mod tests;
 
 use std::io::{self, IsTerminal, Write};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use encoring_bus::watch::{Plan, Subject, Watch};
@@ -16,6 +15,7 @@ use encoring_station::{SharedWorld, Speed};
 use encoring_words::Duration;
 use serde::Serialize;
 
+use crate::acknowledging::Acknowledging;
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output};
 use crate::bus::AnyBus;
@@ -36,8 +36,8 @@ const EVERY_MIN: Duration = Duration::from_millis(10);
 /// Watch what encoders show
 ///
 /// Only reads: never writes an OUT word, so a controller may go on working meanwhile. On a terminal a live view: q
-/// quits, the arrows scroll, l changes between blocks and a list, a acknowledges jumps. Else lines: one for each encoder at first, when
-/// something has changed, and every 10 s.
+/// quits, the arrows scroll, l changes between blocks and a list, a acknowledges jumps. Else lines: one for each encoder
+/// at first, when something has changed, and every 10 s; SIGUSR1 acknowledges jumps.
 ///
 /// Parameters cannot be read without writing: behind a gateway --parameters names files with them. Without, neither
 /// range nor jumps can be judged, and it says so.
@@ -94,12 +94,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         world: opened.world.clone(),
         calendar,
         untold,
-        acknowledged: Arc::default(),
-        faults: None,
+        acknowledging: Acknowledging::by_signal()?,
+        faults: arguments.exit_on_fault.then(Faults::default),
     };
-    let watch = Watched { faults: arguments.exit_on_fault.then(Faults::default), ..watch };
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
-        live::run(watch, about, &quit)?
+        live::run(watch.with_keys(), about, &quit)?
     } else {
         Lines::new(about, arguments.output.format)?.run(watch, &quit)?
     };
@@ -114,19 +113,23 @@ struct Watched<'a> {
     calendar: Calendar,
     /// What is still to be said of a ring of which nobody tells whether it runs.
     untold: Option<&'static str>,
-    /// Somebody has acknowledged the jumps that are marked.
-    acknowledged: Arc<AtomicBool>,
+    acknowledging: Acknowledging,
     /// Those that it is to end with.
     faults: Option<Faults>,
 }
 
 impl Watched<'_> {
+    /// With somebody who can press keys.
+    fn with_keys(self) -> Self {
+        Self { acknowledging: self.acknowledging.by_key(), ..self }
+    }
+
     /// Waits for the next poll, and makes of it what is shown.
     fn poll(&mut self) -> Option<Update> {
         if self.faults.as_ref().is_some_and(|faults| faults.first().is_some()) {
             return None;
         }
-        if self.acknowledged.swap(false, Ordering::Relaxed) {
+        if self.acknowledging.take() {
             self.watch.acknowledge();
         }
         let world = self.world.as_ref();
@@ -135,7 +138,7 @@ impl Watched<'_> {
             faults.take(poll);
         }
         let (at, polls) = (poll.at, poll.number + 1);
-        let (sights, mut news) = (poll.sights.clone(), news(poll, &self.calendar));
+        let (sights, mut news) = (poll.sights.clone(), news(poll, &self.calendar, &self.acknowledging));
         if let Some(text) = self.untold.take() {
             news.push(News::of_ring("ring_untold", at, &self.calendar, text));
         }

@@ -16,17 +16,21 @@
 //!
 //! Lines that begin with `#` stand between the rows too: what happened to the ring or the way there.
 
-use std::ffi::OsString;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use encoring_files::{LineFile, Lock, Replacement, sync_folder};
+use encoring_files::{LineFile, Replacement, sync_folder};
 
 use crate::decimal::Decimal;
 
-/// How the first line of every log begins, whatever its version.
-const MARK: &[u8] = b"# encoring-log ";
+mod problem;
+mod turns;
+
+pub use problem::{LogError, LogProblem};
+use problem::{foreign, system};
+use turns::{MARK, create, is_log, lock, numbered, retire, turns};
+
 /// Version 1 had words without `0x`.
 const VERSION: u8 = b'2';
 const HEADER: &[u8] = b"time_us,position,out,in,verdict,value";
@@ -74,35 +78,6 @@ pub struct Rotation {
     pub time_ns: Option<u64>,
     /// The most finished files.
     pub keep: u32,
-}
-
-/// A log cannot be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", .file.display())]
-pub struct LogError {
-    /// The file.
-    pub file: PathBuf,
-    /// Why.
-    pub problem: LogProblem,
-}
-
-/// Why a log cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum LogProblem {
-    /// A file of this name holds something else.
-    #[error("it is there and holds no log, so it was left as it is")]
-    Foreign,
-    /// Somebody writes this log already.
-    #[error("another program writes this log")]
-    InUse,
-    /// The operating system will not.
-    #[error("cannot {doing}: {cause}")]
-    System {
-        /// What was tried.
-        doing: &'static str,
-        /// What the operating system says.
-        cause: io::Error,
-    },
 }
 
 /// A log under way. Rows are in the file after [`Log::flush`], at the latest; those that would cost an older log wait
@@ -289,7 +264,7 @@ impl Log {
         let State::Before { found, retires, ahead, .. } = &mut self.state else { return Ok(()) };
         let ahead = std::mem::take(ahead);
         let file = if *retires {
-            retire(&self.path, self.rotation)?;
+            retire(&self.path, self.rotation.keep)?;
             create(&self.path)?
         } else {
             found.try_clone().map_err(|cause| system(&self.path, "open it", cause))?
@@ -315,7 +290,7 @@ impl Log {
 
     fn rotate(&mut self) -> Result<(), LogError> {
         self.flush()?;
-        retire(&self.path, self.rotation)?;
+        retire(&self.path, self.rotation.keep)?;
         let file = create(&self.path)?;
         self.begin(file)
     }
@@ -383,17 +358,6 @@ fn print(row: &LogRow, columns: MasterColumns, line: &mut [u8]) -> io::Result<us
     Ok(room - rest.len())
 }
 
-/// A new file that nobody else writes.
-fn create(path: &Path) -> Result<File, LogError> {
-    let file = OpenOptions::new()
-        .write(true)
-        .create_new(true)
-        .open(path)
-        .map_err(|cause| system(path, "make the file", cause))?;
-    lock(path, &file)?;
-    Ok(file)
-}
-
 fn open_special(path: &Path) -> Result<File, LogError> {
     OpenOptions::new().write(true).open(path).map_err(|cause| system(path, "open it", cause))
 }
@@ -415,91 +379,12 @@ impl State {
         lock(path, &found)?;
         let retires = found.metadata().map_or(true, |found| found.len() > 0);
         if retires {
-            turns(path, rotation)?;
+            turns(path, rotation.keep)?;
             // Whether a new file can be made there is seen now, and not with the first row.
             Replacement::begin(path).map_err(|cause| system(path, "make a file beside it", cause))?;
         }
         Ok(Self::Before { found, retires, made: false, ahead: Vec::new() })
     }
-}
-
-fn lock(path: &Path, file: &File) -> Result<(), LogError> {
-    Lock::file(file).map_err(|_| LogError { file: path.to_owned(), problem: LogProblem::InUse })
-}
-
-/// The names of the finished files, up to the first that is free or the last that is kept; only logs may have them.
-fn turns(path: &Path, rotation: Rotation) -> Result<Vec<PathBuf>, LogError> {
-    let keep = rotation.keep.max(1);
-    let mut places = Vec::new();
-    for number in 1..=keep {
-        let place = numbered(path, number);
-        let vacant = match File::open(&place) {
-            Ok(mut found) => {
-                if !found.metadata().is_ok_and(|found| found.is_file())
-                    || !is_log(&mut found).unwrap_or(false)
-                {
-                    return Err(foreign(&place));
-                }
-                false
-            }
-            Err(cause) if cause.kind() == io::ErrorKind::NotFound => true,
-            Err(cause) => return Err(system(&place, "read it", cause)),
-        };
-        places.push(place);
-        if vacant {
-            break;
-        }
-    }
-    Ok(places)
-}
-
-/// Renames the file to `.1`, and those before it upwards as far as there is no gap; the oldest goes if there are too many.
-fn retire(path: &Path, rotation: Rotation) -> Result<(), LogError> {
-    let places = turns(path, rotation)?;
-    // Whatever is at the last place is a log that is beyond the number, or nothing.
-    let mut to = None;
-    for place in places.iter().rev() {
-        match to {
-            None => match fs::remove_file(place) {
-                Err(cause) if cause.kind() != io::ErrorKind::NotFound => {
-                    return Err(system(place, "delete it", cause));
-                }
-                _ => {}
-            },
-            Some(to) => fs::rename(place, to).map_err(|cause| system(place, "rename it", cause))?,
-        }
-        to = Some(place);
-    }
-    match to {
-        Some(to) => fs::rename(path, to).map_err(|cause| system(path, "rename it", cause)),
-        None => Ok(()),
-    }
-}
-
-/// `FILE.csv` becomes `FILE.1.csv`.
-fn numbered(path: &Path, number: u32) -> PathBuf {
-    let mut name = path.file_stem().map_or_else(OsString::new, OsString::from);
-    name.push(format!(".{number}"));
-    if let Some(extension) = path.extension() {
-        name.push(".");
-        name.push(extension);
-    }
-    path.with_file_name(name)
-}
-
-/// Whether nothing but a log is lost with the file.
-fn is_log(file: &mut File) -> io::Result<bool> {
-    let mut begin = Vec::with_capacity(MARK.len());
-    file.take(MARK.len() as u64).read_to_end(&mut begin)?;
-    Ok(begin.is_empty() || begin == MARK)
-}
-
-fn foreign(path: &Path) -> LogError {
-    LogError { file: path.to_owned(), problem: LogProblem::Foreign }
-}
-
-fn system(path: &Path, doing: &'static str, cause: io::Error) -> LogError {
-    LogError { file: path.to_owned(), problem: LogProblem::System { doing, cause } }
 }
 
 #[cfg(test)]

@@ -28,6 +28,8 @@ pub(crate) struct Screen {
     shown: Vec<Shown>,
     news: VecDeque<News>,
     polls: u64,
+    /// Something has come that is to be seen at once: a verdict that has changed, or an event.
+    urgent: bool,
     /// The last event of the link.
     link: Option<&'static str>,
     /// The first encoder that is shown.
@@ -58,6 +60,7 @@ impl Screen {
             shown: Vec::new(),
             news: VecDeque::new(),
             polls: 0,
+            urgent: true,
             link: None,
             first: 0,
             list: None,
@@ -67,10 +70,12 @@ impl Screen {
 
     pub(crate) fn take(&mut self, update: Update) {
         self.polls = update.polls;
+        self.urgent |= !update.news.is_empty();
         for seen in update.seen {
             let old = self.shown.iter_mut().find(|shown| shown.seen.position == seen.position);
             let before = old.as_ref().and_then(|old| old.last);
             let last = seen.value.map(|value| (value, seen.time_ns)).or(before);
+            self.urgent |= old.as_ref().is_none_or(|old| old.seen.verdict != seen.verdict);
             match old {
                 Some(old) => *old = Shown { seen, last },
                 None => self.shown.push(Shown { seen, last }),
@@ -90,6 +95,11 @@ impl Screen {
             }
             self.news.push_back(news);
         }
+    }
+
+    /// Whether what came since it was last drawn is to be seen at once.
+    pub(crate) const fn is_urgent(&self) -> bool {
+        self.urgent
     }
 
     fn is_list(&self) -> bool {
@@ -116,6 +126,7 @@ impl Screen {
 
     /// Draws everything; the last poll was `ago`.
     pub(crate) fn draw(&mut self, frame: &mut Frame<'_>, ago: Duration) {
+        self.urgent = false;
         let area = frame.area();
         let events = match area.height {
             0..20 => 0,
@@ -293,6 +304,12 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     lines.push(Line::from(state));
     let style = mood(&seen.sight.verdict);
     for text in &seen.text {
+        lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
+    }
+    if let Judgement::Implausible(why) = seen.sight.verdict
+        && why.is_step()
+    {
+        let text = "if you know why and the position is right now: key a acknowledges the jump";
         lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
     for cause in &seen.causes {

@@ -1,6 +1,7 @@
 use super::*;
 
 mod coupler;
+mod diagnosis;
 mod misbehaving;
 #[cfg(unix)]
 mod serial;

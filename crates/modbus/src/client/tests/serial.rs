@@ -178,3 +178,21 @@ fn a_device_that_does_not_exist_is_told() {
     let error = read(&mut client, 0, 1).unwrap_err();
     assert_eq!(error, BusError::NoConnection(Cause::System(io::ErrorKind::NotFound)));
 }
+
+#[test]
+fn a_single_register_of_the_diagnosis_is_read_with_a_neighbour() {
+    let told = |script, register: &str| {
+        let Unit { address, told } = Unit::start(script);
+        let mut client = Client::new(format!("{address}&status={register}").parse().unwrap()).unwrap();
+        let status = client.diagnosis().map(|diagnosis| diagnosis.status);
+        (status, told.try_iter().last().unwrap())
+    };
+    // The registers of an answer are 0 and the number of the request, and the first request is the marker.
+    assert_eq!(told(vec![], "holding:900"), (Ok(Some(0)), 2));
+    assert_eq!(told(vec![], "holding:65535"), (Ok(Some(2)), 2), "nothing stands behind the last");
+    let refused = || Act::Spoiled(|good| with_crc(&[9, good[1] | 0x80, 2]));
+    assert_eq!(told(vec![Act::Answer, refused()], "holding:900"), (Ok(Some(3)), 3), "nothing is behind it");
+    let error = ModbusError::Refused { function: 3, register: 899, exception: 2 };
+    let (status, requests) = told(vec![Act::Answer, refused(), refused()], "holding:900");
+    assert_eq!((status, requests), (Err(error.into()), 3));
+}
