@@ -315,16 +315,31 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     for cause in &seen.causes {
         lines.extend(wrap(&cause.to_string(), width).into_iter().map(Line::raw));
     }
-    if !seen.cannot_judge.is_empty() {
-        let why = match seen.blind.contains(&Blind::Changed) {
-            true => "parameters were written since",
-            false => "parameters not known",
-        };
-        let of = seen.blind.iter().filter(|blind| **blind != Blind::Changed).map(|blind| blind.name());
-        let text = format!("cannot judge: {} ({why})", of.collect::<Vec<_>>().join(", "));
+    for text in blindness(&seen.blind) {
         lines.extend(wrap(&text, width).into_iter().map(|text| Line::styled(text, Modifier::DIM)));
     }
     lines
+}
+
+/// What cannot be judged, and why.
+fn blindness(blind: &[Blind]) -> Vec<String> {
+    let mut told = Vec::new();
+    let unknown = |blind: &&Blind| matches!(blind, Blind::Code | Blind::Range | Blind::Motion);
+    let unknown: Vec<_> = blind.iter().filter(unknown).map(|blind| blind.name()).collect();
+    if !unknown.is_empty() {
+        let why = match blind.contains(&Blind::Changed) {
+            true => "parameters were written since",
+            false => "parameters not known",
+        };
+        told.push(format!("cannot judge: {} ({why})", unknown.join(", ")));
+    }
+    if blind.contains(&Blind::Slow) {
+        told.push("cannot judge: jumps (half of the range can be travelled between two polls)".to_owned());
+    }
+    if blind.contains(&Blind::Ring) {
+        told.push("cannot judge: whether the ring runs (the master's diagnosis was not read)".to_owned());
+    }
+    told
 }
 
 fn position(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
