@@ -7,7 +7,7 @@ use crate::columns::{Column, Doubt, ROW_NS, Row, RowKind, Style};
 use crate::error::{Error, Problem};
 use crate::header::{self, DeviceLine, Recording};
 use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
-use crate::table::{Layout, Table};
+use crate::table::{Table, TableLayout};
 use crate::text::Text;
 
 /// How the comment begins that tells an edge of the SSI clock.
@@ -34,11 +34,11 @@ enum Rows<R> {
 impl<R: Read> Reader<R> {
     /// Reads all up to the header. Errors call the file `file_name`. The source needs no buffer.
     pub fn new(file_name: impl Into<String>, source: R) -> Result<Self, Error> {
-        Self::with(file_name, source, &Layout::default())
+        Self::with(file_name, source, &TableLayout::default())
     }
 
     /// The same with what is said about a table.
-    pub fn with(file_name: impl Into<String>, source: R, layout: &Layout) -> Result<Self, Error> {
+    pub fn with(file_name: impl Into<String>, source: R, layout: &TableLayout) -> Result<Self, Error> {
         let file = file_name.into();
         let source = match Text::new(source) {
             Ok(source) => source,
@@ -62,7 +62,7 @@ impl<R: Read> Reader<R> {
         }
         let ours = columns(lines.line());
         if recording.is_some() {
-            if *layout != Layout::default() {
+            if *layout != TableLayout::default() {
                 let problem = "a recording says itself what its columns and words are; leave --columns, --decimal \
                                and --period out";
                 return Err(lines.error(None, Problem::Table(problem.to_owned())));
@@ -72,7 +72,7 @@ impl<R: Read> Reader<R> {
             }
         }
         let rows = match ours {
-            Some(columns) if *layout == Layout::default() => {
+            Some(columns) if *layout == TableLayout::default() => {
                 let piece = recording.is_some().then_some(None);
                 Rows::Ours(Box::new(Trace {
                     lines,

@@ -25,7 +25,7 @@
 //! 65536 bytes, so memory is bounded whatever a file holds.
 //!
 //! A **table** of another program has any separator, names, encoding and spelling of words and times. What its header
-//! does not say, a [`Layout`] does; [`Reader::assumed`] tells what was assumed. `docs/tables.md` has the rules.
+//! does not say, a [`TableLayout`] does; [`Reader::assumed`] tells what was assumed. `docs/tables.md` has the rules.
 //!
 //! A **recording** holds many encoders: its first line is `# encoring-trace 1`, and a line
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
@@ -70,4 +70,4 @@ pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
 pub use self::header::{DeviceLine, Recording};
 pub use self::log::Log;
-pub use self::table::{Columns, Layout};
+pub use self::table::{Columns, TableLayout};

@@ -1,6 +1,6 @@
 //! Tables of others: PLC traces, spreadsheets, exports of scopes.
 //!
-//! What the `csv` crate takes apart is read by the columns that the header or a [`Layout`] names, and what was assumed
+//! What the `csv` crate takes apart is read by the columns that the header or a [`TableLayout`] names, and what was assumed
 //! is told.
 
 mod head;
@@ -14,7 +14,7 @@ use std::io::{self, BufReader, Cursor, Read};
 use encoring_words::number::{self, Bare};
 
 use self::head::{Head, LINES_MAX};
-pub use self::layout::{Columns, Layout};
+pub use self::layout::{Columns, TableLayout};
 use self::names::{Half, Meaning, Recognised, Word, recognise};
 use self::source::{ROW_LIMIT, Rows};
 use self::time::{Commas, Scale, Unit};
@@ -53,7 +53,7 @@ pub(crate) struct Table<R> {
 
 impl<R: Read> Table<R> {
     /// Begins at the line of `lines`, which is the first that is not blank and no comment.
-    pub(crate) fn open(mut lines: Lines<Text<R>>, layout: &Layout) -> Result<Self, Error> {
+    pub(crate) fn open(mut lines: Lines<Text<R>>, layout: &TableLayout) -> Result<Self, Error> {
         let (head, seen) = look(&mut lines, layout)?;
         let wrong = |(column, problem): Misfit| {
             let column = column.map(|index| head.label(index));
@@ -274,7 +274,7 @@ struct Seen {
 }
 
 /// Looks for the head, as far as it must.
-fn look<R: Read>(lines: &mut Lines<Text<R>>, layout: &Layout) -> Result<(Head, Vec<Seen>), Error> {
+fn look<R: Read>(lines: &mut Lines<Text<R>>, layout: &TableLayout) -> Result<(Head, Vec<Seen>), Error> {
     let now = |lines: &Lines<Text<R>>| Seen { number: lines.number(), text: lines.line().to_vec() };
     let mut seen = vec![now(lines)];
     let mut ended = false;
@@ -325,7 +325,7 @@ fn is_blank(record: &csv::ByteRecord) -> bool {
 type Misfit = (Option<usize>, Problem);
 
 /// What must be true of a header, however it was found.
-fn check(head: &Head, layout: &Layout) -> Result<(), Misfit> {
+fn check(head: &Head, layout: &TableLayout) -> Result<(), Misfit> {
     check_once(head, layout)?;
     if layout.columns.is_none() {
         check_close(head)?;
@@ -343,7 +343,7 @@ fn check(head: &Head, layout: &Layout) -> Result<(), Misfit> {
 }
 
 /// No column is read twice, and none that is named could be another.
-fn check_once(head: &Head, layout: &Layout) -> Result<(), Misfit> {
+fn check_once(head: &Head, layout: &TableLayout) -> Result<(), Misfit> {
     for (place, (index, meaning)) in head.columns.iter().enumerate() {
         let twice = |(_, known): &&(usize, Meaning)| known == meaning || known.is_time() && meaning.is_time();
         if let Some((first, _)) = head.columns.iter().take(place).find(twice) {
@@ -430,7 +430,7 @@ fn unitless(head: &Head, cell: &str, index: usize) -> Problem {
 
 fn assumed(
     head: &Head,
-    layout: &Layout,
+    layout: &TableLayout,
     time: Option<(usize, Scale)>,
     encoding: Option<&'static str>,
 ) -> String {

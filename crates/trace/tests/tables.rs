@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests")]
 
-use encoring_trace::{Error, Input, Layout, Reader, Row};
+use encoring_trace::{Error, Input, Reader, Row, TableLayout};
 use encoring_words::number::Bare;
 
 /// Every table of the folder, what `--columns` says, and further options.
@@ -41,15 +41,15 @@ const TABLES: [(&str, &str, &str); 32] = [
     ("quoted-names.csv", "time_s=\"Time, s\",out=\"a=b\",in=IN", ""),
 ];
 
-fn layout(columns: &str, further: &str) -> Layout {
-    Layout {
+fn layout(columns: &str, further: &str) -> TableLayout {
+    TableLayout {
         columns: (!columns.is_empty()).then(|| columns.parse().unwrap()),
         period_ns: (further == "period").then_some(1_000_000),
         bare: if further == "decimal" { Bare::Decimal } else { Bare::Hexadecimal },
     }
 }
 
-fn rows(file: &[u8], layout: &Layout) -> Result<Vec<Row>, Error> {
+fn rows(file: &[u8], layout: &TableLayout) -> Result<Vec<Row>, Error> {
     Reader::with("a.csv", file, layout)?.collect()
 }
 
@@ -65,7 +65,7 @@ fn exchanged(rows: &[Row]) -> Vec<(u64, Option<u32>, Option<Input>)> {
 #[test]
 fn one_trace_in_many_spellings_reads_alike() {
     let base = std::fs::read(format!("{}/base.csv", folder())).unwrap();
-    let base = exchanged(&rows(&base, &Layout::default()).unwrap());
+    let base = exchanged(&rows(&base, &TableLayout::default()).unwrap());
     assert_eq!(base.len(), 7);
     for (name, columns, further) in TABLES {
         let file = std::fs::read(format!("{}/{name}", folder())).unwrap();

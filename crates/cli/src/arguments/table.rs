@@ -1,7 +1,7 @@
 //! What a person says about a table that another program wrote.
 
 use clap::Args;
-use encoring_trace::{Columns, Layout};
+use encoring_trace::{Columns, TableLayout};
 use encoring_words::Duration;
 use encoring_words::number::Bare;
 
@@ -27,8 +27,8 @@ pub(crate) struct TableArguments {
 }
 
 impl TableArguments {
-    pub(crate) fn layout(&self) -> Layout {
-        Layout {
+    pub(crate) fn layout(&self) -> TableLayout {
+        TableLayout {
             columns: self.columns.clone(),
             period_ns: self.period.map(Duration::as_nanos),
             bare: if self.decimal { Bare::Decimal } else { Bare::Hexadecimal },

@@ -8,7 +8,7 @@ use super::names::Meaning;
 
 /// What is said about a table. The default is to say nothing: then the header must.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Layout {
+pub struct TableLayout {
     /// Which column is which; `None` to go by the header.
     pub columns: Option<Columns>,
     /// Nanoseconds from row to row of a table without times; `None` for a millisecond, as something assumed.
