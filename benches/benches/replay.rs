@@ -1,6 +1,8 @@
 //! Rows a second of `replay` beside the bare `csv` reader on the same bytes.
 #![allow(missing_docs, clippy::unwrap_used, reason = "a benchmark")]
 
+use std::io::Write;
+
 use divan::{Bencher, counter::ItemsCount};
 use encoring_encoder::{ServiceTimes, Unit};
 use encoring_sim::Node;
@@ -16,17 +18,45 @@ fn main() {
 const TRACE: &[u8] = include_bytes!("../../vectors/ce-65-m.csv");
 const ROWS: u64 = 4_000;
 
+/// The words of the trace as a table of another program.
+fn table() -> Vec<u8> {
+    let mut table = b"Time [us],OUT,IN\n".to_vec();
+    for row in Reader::new("ce-65-m.csv", TRACE).unwrap().map(Result::unwrap) {
+        let (out, input) = (row.out.unwrap(), row.input.unwrap());
+        writeln!(table, "{},{out:08X},{input}", row.time_ns / 1_000).unwrap();
+    }
+    table
+}
+
+#[divan::bench]
+fn bare_csv_reader_of_a_table(bencher: Bencher) {
+    let table = table();
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| assert_eq!(bare(&table), ROWS));
+}
+
+#[divan::bench]
+fn foreign_reader_of_a_table(bencher: Bencher) {
+    let table = table();
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| {
+        let reader = Reader::new("table.csv", table.as_slice()).unwrap();
+        assert!(reader.assumed().is_some(), "our own header has a way of its own");
+        assert_eq!(reader.map(Result::unwrap).count() as u64, ROWS);
+    });
+}
+
+fn bare(bytes: &[u8]) -> u64 {
+    let mut reader = csv::Reader::from_reader(bytes);
+    let mut record = csv::ByteRecord::new();
+    let mut rows = 0_u64;
+    while reader.read_byte_record(&mut record).unwrap() {
+        rows += 1;
+    }
+    rows
+}
+
 #[divan::bench]
 fn bare_csv_reader(bencher: Bencher) {
-    bencher.counter(ItemsCount::new(ROWS)).bench(|| {
-        let mut reader = csv::Reader::from_reader(TRACE);
-        let mut record = csv::ByteRecord::new();
-        let mut rows = 0_u64;
-        while reader.read_byte_record(&mut record).unwrap() {
-            rows += 1;
-        }
-        assert_eq!(rows, ROWS);
-    });
+    bencher.counter(ItemsCount::new(ROWS)).bench(|| assert_eq!(bare(TRACE), ROWS));
 }
 
 #[divan::bench]
