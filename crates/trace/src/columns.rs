@@ -335,8 +335,28 @@ fn word(cell: &[u8], style: Style) -> Option<u32> {
 
 fn digits_of_word(digits: &[u8]) -> Option<u32> {
     let digits: &[u8; 8] = digits.try_into().ok()?;
-    digits.iter().try_fold(0, |word, &digit| Some(word << 4 | char::from(digit).to_digit(16)?))
+    // Whether all are digits is asked once, since most are.
+    let (word, all) = digits.iter().fold((0, 0), |(word, all), &digit| {
+        let value = DIGITS.get(usize::from(digit)).copied().unwrap_or(NO_DIGIT);
+        (word << 4 | u32::from(value & 0xF), all | value)
+    });
+    (all < NO_DIGIT).then_some(word)
 }
+
+const NO_DIGIT: u8 = 0x10;
+/// The value of each hexadecimal digit.
+#[expect(clippy::indexing_slicing, reason = "the compiler computes it")]
+const DIGITS: [u8; 256] = {
+    let mut values = [NO_DIGIT; 256];
+    let mut digit = 0;
+    while digit < 16_u8 {
+        let (upper, lower) = (b"0123456789ABCDEF", b"0123456789abcdef");
+        values[upper[digit as usize] as usize] = digit;
+        values[lower[digit as usize] as usize] = digit;
+        digit += 1;
+    }
+    values
+};
 
 fn register(cell: &[u8]) -> Option<u16> {
     u16::try_from(number::value(str::from_utf8(cell).ok()?).ok()?.number).ok()

@@ -124,13 +124,16 @@ impl<R: Read> Iterator for Reader<R> {
         if self.ended {
             return None;
         }
-        let row = match &mut self.rows {
-            Rows::Ours(trace) => trace.row(),
-            Rows::Foreign(table) => table.row(),
+        let mut row = Row::default();
+        let read = match &mut self.rows {
+            Rows::Ours(trace) => trace.row(&mut row),
+            Rows::Foreign(table) => table.row(&mut row),
         };
-        let row = row.transpose();
-        self.ended = !matches!(row, Some(Ok(_)));
-        row
+        if matches!(read, Ok(true)) {
+            return Some(Ok(row));
+        }
+        self.ended = true;
+        read.err().map(Err)
     }
 }
 
@@ -148,10 +151,11 @@ struct Trace<R> {
 }
 
 impl<R: Read> Trace<R> {
-    fn row(&mut self) -> Result<Option<Row>, Error> {
+    /// Reads the next row into one that is new; `false` behind the last.
+    fn row(&mut self, row: &mut Row) -> Result<bool, Error> {
         let kind = loop {
             if !self.lines.advance(LINE_LIMIT)? {
-                return Ok(None);
+                return Ok(false);
             }
             match self.lines.line() {
                 line if is_header_or_row(line) => break RowKind::Exchange,
@@ -165,10 +169,10 @@ impl<R: Read> Trace<R> {
             && !self.lines.is_ended()
         {
             *piece = Some(self.lines.number());
-            return Ok(None);
+            return Ok(false);
         }
-        let time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
-        let mut row = Row { line: self.lines.number(), kind, time_ns, ..Row::default() };
+        row.time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
+        (row.line, row.kind) = (self.lines.number(), kind);
         let (columns, line): (&[Column], _) = match kind {
             RowKind::Exchange => (&self.columns, self.lines.line()),
             RowKind::SsiEdge => {
@@ -178,8 +182,9 @@ impl<R: Read> Trace<R> {
         let mut cells = cells(line);
         let mut read = 0;
         for (column, cell) in columns.iter().zip(&mut cells) {
-            let read_cell = |row: &mut Row, cell| column.read(cell, row, Style::default());
-            if read_cell(&mut row, cell).or_else(|| read_cell(&mut row, cell.trim_ascii())).is_none() {
+            if column.read(cell, row, Style::default()).is_none()
+                && column.read(cell.trim_ascii(), row, Style::default()).is_none()
+            {
                 break;
             }
             if column.is_word() {
@@ -193,7 +198,7 @@ impl<R: Read> Trace<R> {
         in_order(self.previous_ns, row.time_ns)
             .map_err(|problem| self.lines.error(Some(Column::Time.name()), problem))?;
         self.previous_ns = Some(row.time_ns);
-        Ok(Some(row))
+        Ok(true)
     }
 
     /// Why the row could not be read beyond its first `read` cells. A wrong number of cells comes first,

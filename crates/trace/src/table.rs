@@ -118,13 +118,14 @@ impl<R: Read> Table<R> {
         self.style.bare == Bare::Hexadecimal && self.doubt == Doubt::AllDigits
     }
 
-    pub(crate) fn row(&mut self) -> Result<Option<Row>, Error> {
+    /// Reads the next row into one that is new; `false` behind the last.
+    pub(crate) fn row(&mut self, row: &mut Row) -> Result<bool, Error> {
         loop {
             self.reader.get_mut().allow(ROW_LIMIT);
             match self.reader.read_byte_record(&mut self.record) {
                 Ok(true) if is_blank(&self.record) => {}
                 Ok(true) => break,
-                Ok(false) => return Ok(None),
+                Ok(false) => return Ok(false),
                 Err(error) => {
                     let problem = source::problem(error);
                     return Err(self.error(self.skipped + self.reader.position().line(), None, problem));
@@ -132,43 +133,48 @@ impl<R: Read> Table<R> {
             }
         }
         // Each record ends with a line feed; those in quotes are within it.
-        let within = self.record.as_slice().iter().filter(|byte| **byte == b'\n').count();
+        let text = self.record.as_slice();
+        let within =
+            if text.contains(&b'\n') { text.iter().filter(|byte| **byte == b'\n').count() } else { 0 };
         // In an open quote the end of the file is one.
-        let ends = u64::from(self.record.as_slice().last() != Some(&b'\n'));
-        let line = self.skipped + self.reader.position().line().saturating_sub(ends + within as u64);
-        self.cells(line).map(Some).map_err(|(index, problem)| self.error(line, index, problem))
+        let ends = u64::from(text.last() != Some(&b'\n'));
+        row.line = self.skipped + self.reader.position().line().saturating_sub(ends + within as u64);
+        match self.cells(row) {
+            Ok(()) => Ok(true),
+            Err((index, problem)) => Err(self.error(row.line, index, problem)),
+        }
     }
 
     fn error(&self, line: u64, index: Option<usize>, problem: Problem) -> Error {
         Error { file: self.file.clone(), line, column: index.map(|index| self.head.label(index)), problem }
     }
 
-    fn cells(&mut self, line: u64) -> Result<Row, (Option<usize>, Problem)> {
+    fn cells(&mut self, row: &mut Row) -> Result<(), Misfit> {
         let found = self.record.len();
-        if found < self.width || self.record.iter().skip(self.width).any(|cell| !cell.trim_ascii().is_empty())
-        {
+        let behind = || self.record.iter().skip(self.width).any(|cell| !cell.trim_ascii().is_empty());
+        if found != self.width && (found < self.width || behind()) {
             return Err((None, self.misfit(found)));
         }
-        let mut row = Row { line, time_ns: self.time()?, ..Row::default() };
+        row.time_ns = self.time()?;
         for place in 0..self.columns.len() {
             let Some(&(index, column)) = self.columns.get(place) else { continue };
             let cell = self.record.get(index).unwrap_or_default().trim_ascii();
-            if column.read(cell, &mut row, self.style).is_none() {
-                self.other(index, column, &mut row)?;
+            if column.read(cell, row, self.style).is_none() {
+                self.other(index, column, row)?;
             }
             if column.is_word() {
                 self.doubt = self.doubt.after(cell);
             }
         }
         if !self.halves.is_empty() {
-            self.put_together(&mut row)?;
+            self.put_together(row)?;
         }
         self.previous_ns = Some(row.time_ns);
-        Ok(row)
+        Ok(())
     }
 
     /// Reads a cell that is not as we would write it.
-    fn other(&self, index: usize, column: Column, row: &mut Row) -> Result<(), (Option<usize>, Problem)> {
+    fn other(&self, index: usize, column: Column, row: &mut Row) -> Result<(), Misfit> {
         let cell = self.record.get(index).unwrap_or_default().trim_ascii();
         let shown = || column.problem(cell, self.style);
         let text = str::from_utf8(cell).map_err(|_| (Some(index), shown()))?;
@@ -183,7 +189,7 @@ impl<R: Read> Table<R> {
         })
     }
 
-    fn put_together(&self, row: &mut Row) -> Result<(), (Option<usize>, Problem)> {
+    fn put_together(&self, row: &mut Row) -> Result<(), Misfit> {
         let (mut out, mut input) = ([None; 2], [None; 2]);
         for &(index, word, half) in &self.halves {
             let cell = self.record.get(index).unwrap_or_default().trim_ascii();
@@ -228,17 +234,17 @@ impl<R: Read> Table<R> {
         Problem::Width { found, expected: self.width, cut, header: self.head.has_header() }
     }
 
-    fn time(&mut self) -> Result<u64, (Option<usize>, Problem)> {
+    fn time(&mut self) -> Result<u64, Misfit> {
         let Some((index, scale)) = self.time else {
             let next = |previous_ns: u64| previous_ns.saturating_add(self.period_ns);
             return Ok(self.previous_ns.map_or(0, next));
         };
         let cell = self.record.get(index).unwrap_or_default().trim_ascii();
-        let text = str::from_utf8(cell).unwrap_or_default();
         let wrong = |problem| (Some(index), Problem::Table(problem));
-        let Some(found) = scale.ns(text, self.commas) else {
+        let text = || str::from_utf8(cell).unwrap_or_default();
+        let Some(found) = scale.natural(cell).or_else(|| scale.ns(text(), self.commas)) else {
             let comma = match scale {
-                Scale::Unit(_) if self.commas == Commas::Separate && text.contains(',') => {
+                Scale::Unit(_) if self.commas == Commas::Separate && cell.contains(&b',') => {
                     "; where a comma separates the cells, decimals stand behind a point"
                 }
                 _ => "",

@@ -61,8 +61,9 @@ impl<R: Read> Read for Rows<R> {
         self.left -= read;
         self.last = last;
         // Spaces at the end of a cell are left out, so CR LF and LF end a line alike, and lines can be counted.
-        for byte in bytes.iter_mut().take(read).filter(|byte| **byte == b'\r') {
-            *byte = b' ';
+        let read_now = bytes.get_mut(..read).unwrap_or_default();
+        if read_now.contains(&b'\r') {
+            read_now.iter_mut().filter(|byte| **byte == b'\r').for_each(|byte| *byte = b' ');
         }
         Ok(read)
     }

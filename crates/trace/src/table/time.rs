@@ -97,6 +97,19 @@ impl Scale {
         }
     }
 
+    /// Nanoseconds of a whole number of a few digits, as most tables have them.
+    pub(super) fn natural(self, cell: &[u8]) -> Option<i128> {
+        let Self::Unit(unit) = self else { return None };
+        // So few that nothing can overflow.
+        if !matches!(cell.len(), 1..=9) {
+            return None;
+        }
+        let number = cell.iter().try_fold(0_u64, |number, byte| {
+            byte.is_ascii_digit().then(|| number * 10 + u64::from(byte - b'0'))
+        })?;
+        Some(i128::from(number * 10_u64.pow(unit.power().unsigned_abs())))
+    }
+
     /// What a time of this scale is, to follow "is not".
     pub(super) fn allowed(self) -> String {
         match self {
