@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# sigrok reads our waveforms, and its SPI decoder finds in them the position that the encoder was put to.
+# sigrok reads our waveforms, and its SPI decoder finds in them the position that the encoder was put to. Then its
+# decoders and ours are compared on captures.
 set -euo pipefail
 program=$(realpath "$1")
+here=$(realpath "$(dirname "$0")")
 if ! command -v sigrok-cli >/dev/null; then
   apt-get update -qq && apt-get install -y -qq sigrok-cli
 fi
@@ -29,3 +31,9 @@ for lines in "" --lines; do
   [ "$found" -ge 8 ] || { printf 'sigrok found with "%s":\n%s\n' "$lines" "$words" >&2; exit 1; }
 done
 echo "sigrok: $samples samples, $found words of 270Fh"
+
+# As people install it: below the folder of their own data.
+mkdir -p data/libsigrokdecode
+cp -r "$here/../../sigrok" data/libsigrokdecode/decoders
+XDG_DATA_HOME="$folder/data" sigrok-cli -P ssienc --show | grep -q '^ID: ssienc$'
+python3 "$here/sigrok_decoders.py" "$program"
