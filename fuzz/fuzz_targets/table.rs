@@ -2,17 +2,17 @@
 //! the line, and times that never run backwards.
 #![no_main]
 
-use encoring_trace::{Layout, Reader};
+use encoring_trace::{Reader, TableLayout};
 use encoring_words::number::Bare;
 use libfuzzer_sys::fuzz_target;
 
-fn layouts() -> [Layout; 4] {
+fn layouts() -> [TableLayout; 4] {
     let columns = |text: &str| Some(text.parse().expect("columns"));
     [
-        Layout::default(),
-        Layout { bare: Bare::Decimal, ..Layout::default() },
-        Layout { columns: columns("time=1,out_high=2,out_low=3,in=4"), ..Layout::default() },
-        Layout { columns: columns("in=b,value=a"), period_ns: Some(u64::MAX), ..Layout::default() },
+        TableLayout::default(),
+        TableLayout { bare: Bare::Decimal, ..TableLayout::default() },
+        TableLayout { columns: columns("time=1,out_high=2,out_low=3,in=4"), ..TableLayout::default() },
+        TableLayout { columns: columns("in=b,value=a"), period_ns: Some(u64::MAX), ..TableLayout::default() },
     ]
 }
 
@@ -29,7 +29,10 @@ fuzz_target!(|bytes: &[u8]| {
         for row in &mut reader {
             match row {
                 Ok(row) => {
-                    assert!(row.time_ns >= time_ns && row.line > line, "{row:?} after {time_ns} ns, line {line}");
+                    assert!(
+                        row.time_ns >= time_ns && row.line > line,
+                        "{row:?} after {time_ns} ns, line {line}"
+                    );
                     (time_ns, line) = (row.time_ns, row.line);
                 }
                 Err(refused) => assert!(refused.line > line, "{refused} after line {line}"),
