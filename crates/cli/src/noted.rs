@@ -3,10 +3,13 @@
 
 use std::fmt;
 use std::path::PathBuf;
+use std::time::SystemTime;
 
 use clap::Args;
+use encoring_bus::master::MasterError;
+use encoring_host::program::{Prepared, Report};
 use encoring_words::Parameter;
-use encoring_workshop::journal::{EncoderPlace, Found, Intent, Journal};
+use encoring_workshop::journal::{EncoderPlace, Found, Intent, Journal, Page};
 use etcetera::BaseStrategy;
 use serde::Serialize;
 
@@ -21,17 +24,13 @@ pub(crate) struct JournalFolder {
     journal: Option<PathBuf>,
 }
 
-/// The journal's page of one encoder.
-pub(crate) struct Noted {
-    /// `None` if the user has no folder for it.
-    journal: Option<Journal>,
-    place: EncoderPlace,
-}
+/// The journal's page of one encoder; `None` if the user has no folder for it.
+pub(crate) struct Noted(Option<Page>);
 
 /// A command that was begun on an encoder and is not known to have ended.
 #[derive(Clone)]
 pub(crate) struct Earlier {
-    pub(crate) intent: Intent,
+    intent: Intent,
     pub(crate) found: Found,
     text: Vec<String>,
 }
@@ -51,8 +50,10 @@ impl JournalFolder {
     /// The page of the encoder at a position; none for a simulated ring that forgets.
     pub(crate) fn of(&self, opened: &Opened, position: usize) -> Option<Noted> {
         let bus = opened.identity()?;
-        let journal = self.journal.clone().or_else(users_folder).map(Journal::in_folder);
-        Some(Noted { journal, place: EncoderPlace { bus, position } })
+        let folder = self.journal.clone().or_else(users_folder);
+        Some(Noted(
+            folder.map(|folder| Page::new(Journal::in_folder(folder), EncoderPlace { bus, position })),
+        ))
     }
 }
 
@@ -62,14 +63,9 @@ fn users_folder() -> Option<PathBuf> {
 }
 
 impl Noted {
-    /// Which encoder.
-    pub(crate) const fn place(&self) -> &EncoderPlace {
-        &self.place
-    }
-
     /// What was begun here and is not known to have ended. `read` gives what a parameter holds now.
     pub(crate) fn earlier(&self, read: impl Fn(Parameter) -> Option<u32>) -> Option<Earlier> {
-        match self.journal.as_ref()?.pending(&self.place) {
+        match self.0.as_ref()?.pending() {
             Ok(intent) => {
                 let intent = intent?;
                 let found = intent.found(&read);
@@ -84,9 +80,21 @@ impl Noted {
     }
 
     /// Notes what will be written; when this returns it is on the disk.
-    pub(crate) fn begin(&self, intent: &Intent) -> Result<(), Failure> {
-        let problem = match &self.journal {
-            Some(journal) => match journal.begin(intent) {
+    #[expect(clippy::disallowed_methods, reason = "the journal says when something was begun")]
+    pub(crate) fn begin(
+        &self,
+        prepared: &Prepared<MasterError>,
+        command: &str,
+        backup: Option<&str>,
+        earlier: Option<&Earlier>,
+    ) -> Result<(), Failure> {
+        let begun = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
+        let backup = backup.map(|backup| match std::path::absolute(backup) {
+            Ok(path) => path.display().to_string(),
+            Err(_) => backup.to_owned(),
+        });
+        let problem = match &self.0 {
+            Some(page) => match page.begin(prepared, command, begun, backup, believed(earlier)) {
                 Ok(()) => return Ok(()),
                 Err(error) => error.to_string(),
             },
@@ -97,12 +105,24 @@ impl Noted {
         )))
     }
 
-    /// What was begun has ended.
-    pub(crate) fn close(&self) {
-        if let Some(Err(error)) = self.journal.as_ref().map(|journal| journal.close(&self.place)) {
-            note(&format!("note: the journal's note stays, though the command has ended: {error}"));
+    /// What was begun has ended so; `None` if nothing was begun.
+    pub(crate) fn settle(&self, report: Option<&Report<MasterError>>, earlier: Option<&Earlier>) {
+        let Some(page) = &self.0 else { return };
+        let settled = match report {
+            Some(report) => page.settle(report, believed(earlier)),
+            None => page.take_back(believed(earlier)),
+        };
+        if let Err(error) = settled {
+            note(&format!(
+                "note: the journal's note is not as it should be, though the command has ended: {error}"
+            ));
         }
     }
+}
+
+/// What is believed of a command that was begun earlier.
+fn believed(earlier: Option<&Earlier>) -> Option<&Intent> {
+    earlier.filter(|earlier| earlier.found.is_believed()).map(|earlier| &earlier.intent)
 }
 
 impl Earlier {

@@ -7,9 +7,8 @@ use std::time::SystemTime;
 
 use clap::Args;
 use encoring_bus::master::MasterError;
-use encoring_host::program::{Back, Prepared, Program, Report, Stopped};
+use encoring_host::program::{Prepared, Program, Stopped};
 use encoring_words::explain::Meaning;
-use encoring_workshop::journal::{IntendedValue, Intent};
 use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
 use crate::arguments::bus::{Encoder, Target};
@@ -133,7 +132,7 @@ impl Programming<'_> {
         });
         let (view, report) = report?;
         if check {
-            self.settle(&report, earlier.as_ref())?;
+            self.noted.iter().for_each(|noted| noted.settle(Some(&report), earlier.as_ref()));
         }
         Ok(view.after(earlier.as_ref()).at(&opened.place()))
     }
@@ -151,79 +150,22 @@ impl Programming<'_> {
             backup = Some(self.keep(opened, &prepared, None)?);
         }
         if let Some(noted) = &self.noted {
-            noted.begin(&self.intent(noted, &prepared, backup.as_deref(), earlier))?;
+            noted.begin(&prepared, self.command, backup.as_deref(), earlier)?;
         }
         let done = opened.serve(target, |master| {
             let report = prepared.run(master);
             Ok((ProgramView::done(target, &report, master.last_error(), backup), report))
         });
-        match done {
-            Ok((view, report)) => {
-                self.settle(&report, earlier)?;
-                Ok(view.after(earlier).at(&opened.place()))
-            }
-            // Nothing was begun.
-            Err(failure) => self.take_back(earlier).and(Err(failure)),
-        }
+        // What failed to begin has written nothing.
+        let report = done.as_ref().ok().map(|(_, report)| report);
+        self.noted.iter().for_each(|noted| noted.settle(report, earlier));
+        done.map(|(view, _)| view.after(earlier).at(&opened.place()))
     }
 
     /// What was begun on this encoder before and is not known to have ended.
     fn earlier(&self, prepared: &Prepared<MasterError>) -> Option<Earlier> {
         let before = |parameter| prepared.rows().find(|row| row.parameter == parameter)?.before;
         self.noted.as_ref()?.earlier(before)
-    }
-
-    /// What will be written.
-    #[expect(clippy::disallowed_methods, reason = "the journal says when something was begun")]
-    fn intent(
-        &self,
-        noted: &Noted,
-        prepared: &Prepared<MasterError>,
-        backup: Option<&str>,
-        earlier: Option<&Earlier>,
-    ) -> Intent {
-        let values = prepared.rows().filter_map(|row| {
-            Some(IntendedValue { parameter: row.parameter, before: row.before?, wanted: row.wanted? })
-        });
-        // The oldest values are the ones that somebody may want back.
-        let believed = earlier.filter(|earlier| earlier.found.is_believed());
-        let mut backups = believed.map(|earlier| earlier.intent.backups.clone()).unwrap_or_default();
-        backups.extend(backup.map(|backup| match std::path::absolute(backup) {
-            Ok(path) => path.display().to_string(),
-            Err(_) => backup.to_owned(),
-        }));
-        Intent {
-            place: noted.place().clone(),
-            model: self.target.model,
-            command: self.command.to_owned(),
-            begun: humantime::format_rfc3339_seconds(SystemTime::now()).to_string(),
-            backups,
-            values: values.collect(),
-        }
-    }
-
-    /// Closes the journal's page, unless something half done is left.
-    fn settle(&self, report: &Report<MasterError>, earlier: Option<&Earlier>) -> Result<(), Failure> {
-        match (&report.result, report.back) {
-            (Ok(()), _) => {
-                self.noted.iter().for_each(Noted::close);
-                Ok(())
-            }
-            (Err(_), Back::Failed) => Ok(()),
-            (Err(_), _) => self.take_back(earlier),
-        }
-    }
-
-    /// The page as it was before this command.
-    fn take_back(&self, earlier: Option<&Earlier>) -> Result<(), Failure> {
-        let Some(noted) = &self.noted else { return Ok(()) };
-        match earlier.filter(|earlier| earlier.found.is_believed()) {
-            Some(earlier) => noted.begin(&earlier.intent),
-            None => {
-                noted.close();
-                Ok(())
-            }
-        }
     }
 
     /// The backup that was asked for, whether something is written or not.

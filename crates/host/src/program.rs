@@ -243,6 +243,12 @@ impl<E> Prepared<E> {
         Self { program, rows, shown_before: None, earlier, written: false, checked: false, stopped: None }
     }
 
+    /// The model.
+    #[must_use]
+    pub const fn model(&self) -> Model {
+        self.program.model
+    }
+
     /// What the encoder holds, and what it is to hold.
     pub fn rows(&self) -> impl Iterator<Item = &ParameterRow> + Clone {
         self.rows.iter().flatten()

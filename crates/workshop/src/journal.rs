@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 
 use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{Replacement, read_text, sync_folder};
+use encoring_host::program::{Back, Prepared, Report};
 use encoring_words::model::Effect;
 use encoring_words::{Model, Parameter};
 use serde::Deserialize;
@@ -140,6 +141,8 @@ impl Intent {
         for value in &self.values {
             match read(value.parameter) {
                 None => unread = true,
+                // What was to stay tells nothing of how far it came.
+                Some(now) if value.before == value.wanted && now == value.wanted => {}
                 Some(now) if now == value.wanted => wanted = true,
                 Some(now) if now == value.before => before = true,
                 Some(_) => return Found::OtherUnit,
@@ -157,7 +160,8 @@ impl Intent {
     pub fn told(&self, found: Found, read: impl Fn(Parameter) -> Option<u32>) -> Vec<String> {
         let begun = format!("`encoring {}` was begun here at {} and did not end", self.command, self.begun);
         let keys = |of: fn(&IntendedValue) -> u32| -> String {
-            let those = self.values.iter().filter(|value| read(value.parameter) == Some(of(value)));
+            let changes = self.values.iter().filter(|value| value.before != value.wanted);
+            let those = changes.filter(|value| read(value.parameter) == Some(of(value)));
             those.map(|value| value.parameter.key()).collect::<Vec<_>>().join(", ")
         };
         let at_once = self.model.effect() == Effect::AtOnce;
@@ -244,6 +248,81 @@ impl Intent {
         let place = EncoderPlace { bus: table.bus, position: table.position };
         let NoteTable { command, begun, backups, .. } = table;
         Ok(Self { place, model, command, begun, backups, values })
+    }
+}
+
+/// The journal's page of one encoder, as whoever programs it fills it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Page {
+    journal: Journal,
+    place: EncoderPlace,
+}
+
+impl Page {
+    /// The page of an encoder.
+    #[must_use]
+    pub const fn new(journal: Journal, place: EncoderPlace) -> Self {
+        Self { journal, place }
+    }
+
+    /// What was begun and is not known to have ended.
+    ///
+    /// # Errors
+    /// [`JournalError`] for a note that is none.
+    pub fn pending(&self) -> Result<Option<Intent>, JournalError> {
+        self.journal.pending(&self.place)
+    }
+
+    /// Notes what will be written. When this returns it is on the disk. The backups of a command that was begun `earlier`
+    /// and is believed stay named: the oldest values are those that somebody may want back.
+    ///
+    /// # Errors
+    /// [`JournalError`]; then nothing may be written to the encoder.
+    pub fn begin<E>(
+        &self,
+        prepared: &Prepared<E>,
+        command: &str,
+        begun: String,
+        backup: Option<String>,
+        earlier: Option<&Intent>,
+    ) -> Result<(), JournalError> {
+        let values = prepared.rows().filter_map(|row| {
+            Some(IntendedValue { parameter: row.parameter, before: row.before?, wanted: row.wanted? })
+        });
+        let mut backups = earlier.map(|earlier| earlier.backups.clone()).unwrap_or_default();
+        backups.extend(backup);
+        self.journal.begin(&Intent {
+            place: self.place.clone(),
+            model: prepared.model(),
+            command: command.to_owned(),
+            begun,
+            backups,
+            values: values.collect(),
+        })
+    }
+
+    /// Closes the page, unless something half done is left. Where all was taken back, what was begun `earlier` and is
+    /// believed stands there again.
+    ///
+    /// # Errors
+    /// [`JournalError`].
+    pub fn settle<E>(&self, report: &Report<E>, earlier: Option<&Intent>) -> Result<(), JournalError> {
+        match (&report.result, report.back) {
+            (Ok(()), _) => self.journal.close(&self.place),
+            (Err(_), Back::Failed) => Ok(()),
+            (Err(_), _) => self.take_back(earlier),
+        }
+    }
+
+    /// The page as it was before this command: nothing was begun.
+    ///
+    /// # Errors
+    /// [`JournalError`].
+    pub fn take_back(&self, earlier: Option<&Intent>) -> Result<(), JournalError> {
+        match earlier {
+            Some(earlier) => self.journal.begin(earlier),
+            None => self.journal.close(&self.place),
+        }
     }
 }
 

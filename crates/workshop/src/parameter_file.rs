@@ -114,6 +114,9 @@ impl ParameterFile {
         if model.is_some() || taken.is_some() || !mark.is_empty() || parameters.is_some() {
             return Err(Wrong::at("encoder", "a file holds one encoder, or [[encoder]] tables, not both"));
         }
+        if encoder.is_empty() {
+            return Err(Wrong::at("encoders", "no [[encoder]] is in the file: it was cut off"));
+        }
         if let Some(encoders) = encoders.filter(|encoders| *encoders != encoder.len()) {
             let problem =
                 format!("encoders = {encoders}, and {} are in the file: it was cut off", encoder.len());

@@ -246,3 +246,24 @@ fn words_that_tell_nothing_are_told() {
         ]
     );
 }
+
+#[test]
+fn a_mark_at_the_edge_of_a_step_restores_the_zero_everywhere_if_the_denominator_is_1() {
+    let mut chance = Chance(5);
+    for _ in 0..2_000 {
+        let old = Old { denominator: 1, ..Old::any(&mut chance) };
+        if old.length >= NATIVE * old.numerator {
+            continue;
+        }
+        let mut edge = chance.below(1 << 24) as i64;
+        let before = |shaft: i64| if old.falling { shaft + 1 } else { shaft - 1 };
+        while old.shows(before(edge)) == old.shows(edge) {
+            edge = before(edge);
+        }
+        let new = old.preset(edge, old.shows(edge));
+        for _ in 0..200 {
+            let shaft = chance.below(1 << 25) as i64 - (1 << 24);
+            assert_eq!(new.shows(shaft), old.shows(shaft), "{old:?}, edge {edge}, at {shaft}");
+        }
+    }
+}
