@@ -1,0 +1,193 @@
+//! `restore` killed in the middle, as a user would kill it: a process over Modbus TCP.
+#![allow(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::print_stdout,
+    missing_docs,
+    reason = "a test may panic"
+)]
+
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+/// A simulated ring with a Modbus server; it ends with the test.
+struct Sim {
+    program: Child,
+    _lines: BufReader<ChildStdout>,
+    address: String,
+}
+
+impl Sim {
+    fn start(folder: &Path) -> Self {
+        let ring = "version = 1\n[[device]]\nposition = 0\nmodel = \"ce-65-m\"\nmotion = { kind = \"hold\", raw = 5000 }\n";
+        let file = folder.join("ring.toml");
+        fs::write(&file, ring).unwrap();
+        let mut command = Command::new(PROGRAM);
+        command.args(["sim", "--format", "json", "--modbus", "0"]).arg(file);
+        let mut program = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(program.stdout.take().unwrap());
+        let mut first = String::new();
+        lines.read_line(&mut first).unwrap();
+        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let address = listening["modbus"].as_str().unwrap().to_owned();
+        Self { program, _lines: lines, address }
+    }
+}
+
+impl Drop for Sim {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+/// Passes requests on, and counts them down; at 0 it tells, and passes nothing on any more.
+struct Counter {
+    address: String,
+    left: Arc<AtomicI64>,
+    reached: Receiver<()>,
+}
+
+impl Counter {
+    fn before(server: String) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let left = Arc::new(AtomicI64::new(i64::MAX));
+        let (tell, reached) = channel();
+        let counter = Arc::clone(&left);
+        thread::spawn(move || {
+            for client in listener.incoming().flatten() {
+                let (server, left, tell) = (server.clone(), Arc::clone(&counter), tell.clone());
+                thread::spawn(move || {
+                    let mut server = TcpStream::connect(server).unwrap();
+                    pass_on(client, &mut server, || match left.fetch_sub(1, Ordering::SeqCst) {
+                        1 => {
+                            let _ = tell.send(());
+                            false
+                        }
+                        left => left > 0,
+                    });
+                });
+            }
+        });
+        Self { address, left, reached }
+    }
+}
+
+/// Frames of Modbus TCP, as long as `go_on` says so.
+fn pass_on(mut client: TcpStream, server: &mut TcpStream, mut go_on: impl FnMut() -> bool) {
+    while let Some(request) = frame(&mut client) {
+        if !go_on() {
+            // Until the client is gone.
+            while frame(&mut client).is_some() {}
+            return;
+        }
+        if server.write_all(&request).is_err() {
+            return;
+        }
+        let Some(answer) = frame(server) else { return };
+        if client.write_all(&answer).is_err() {
+            return;
+        }
+    }
+}
+
+fn frame(stream: &mut TcpStream) -> Option<Vec<u8>> {
+    let mut frame = vec![0; 6];
+    stream.read_exact(&mut frame).ok()?;
+    let length = usize::from(u16::from_be_bytes([frame[4], frame[5]]));
+    frame.resize(6 + length, 0);
+    stream.read_exact(&mut frame[6..]).ok()?;
+    Some(frame)
+}
+
+/// A user with a folder of files and of states.
+struct User {
+    folder: tempfile::TempDir,
+    bus: String,
+}
+
+impl User {
+    fn command(&self, command: &str) -> Command {
+        let mut encoring = Command::new(PROGRAM);
+        encoring
+            .current_dir(self.folder.path())
+            .args(command.split(' '))
+            .args(["--bus", &self.bus, "--at", "0"]);
+        encoring.env("XDG_STATE_HOME", self.folder.path().join("states"));
+        encoring.stdout(Stdio::piped()).stderr(Stdio::piped()).stdin(Stdio::null());
+        encoring
+    }
+
+    fn run(&self, command: &str, code: i32) -> String {
+        let output = self.command(command).output().unwrap();
+        let text = String::from_utf8(output.stdout).unwrap() + &String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{command}: {text}");
+        text
+    }
+}
+
+#[test]
+fn what_ten_kills_left_is_named_by_the_next_command_and_repaired_by_restore() {
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path());
+    let counter = Counter::before(sim.address.clone());
+    let user = User { bus: format!("modbus-tcp://{}?settle_ms=5&timeout_ms=2000", counter.address), folder };
+    user.run("backup factory.toml --model ce-65-m", 0);
+    user.run("program --model ce-65-m --yes --no-backup rotary --steps-per-turn 1000 --turns 3.5", 0);
+    user.run("backup wanted.toml --model ce-65-m", 0);
+    user.run("restore factory.toml --yes --no-backup", 0);
+    // How many requests a whole restore makes.
+    counter.left.store(1_000_000, Ordering::SeqCst);
+    user.run("restore wanted.toml --yes --no-backup", 0);
+    let whole = 1_000_000 - counter.left.load(Ordering::SeqCst);
+    let mut told = Vec::new();
+    for kill in 0..10 {
+        user.run("restore factory.toml --yes --no-backup", 0);
+        // From where nothing was written to where all is read back.
+        let at = whole * (3 + kill) / 13;
+        counter.left.store(at, Ordering::SeqCst);
+        let mut killed = user.command("restore wanted.toml --yes").spawn().unwrap();
+        counter.reached.recv().unwrap();
+        killed.kill().unwrap();
+        killed.wait().unwrap();
+        counter.left.store(i64::MAX, Ordering::SeqCst);
+        // A service bit may stand on OUT; then the next command says how to take it back.
+        let first = user.command("read all --model ce-65-m --format json").output().unwrap();
+        if first.status.code() != Some(0) {
+            let text = String::from_utf8(first.stderr).unwrap();
+            assert!(text.contains("encoring release --at 0"), "{text}");
+            user.run("release --yes", 0);
+        }
+        let read = user.run("read all --model ce-65-m --format json", 0);
+        let view: serde_json::Value = serde_json::from_str(read.lines().next().unwrap()).unwrap();
+        let state = view["journal"]["state"].as_str().unwrap_or("nothing begun").to_owned();
+        let value = |at: usize| view["parameters"][at]["value"].as_u64().unwrap();
+        let written =
+            [(1, 3_499), (2, 35), (3, 10)].iter().filter(|(at, wanted)| value(*at) == *wanted).count();
+        let expected: &[&str] = match written {
+            0 => &["untouched", "nothing begun"],
+            3 => &["all_written"],
+            _ => &["part_written"],
+        };
+        assert!(expected.contains(&state.as_str()), "{at} of {whole}: {state}, {written} written: {view}");
+        // Either is repaired: the wanted values, or the old ones of the backup that the note names.
+        let wanted = user.run("restore wanted.toml --yes --no-backup", 0);
+        assert!(wanted.contains("done and verified"), "{wanted}");
+        assert!(user.run("read all --model ce-65-m --format json", 0).contains("\"journal\":null"));
+        told.push(format!("{at}: {state}"));
+    }
+    println!("killed at request, of {whole}: {}", told.join(", "));
+    assert!(told.iter().any(|told| told.ends_with("part_written")), "{told:?}");
+    assert!(told.iter().any(|told| told.ends_with("all_written")), "{told:?}");
+}
