@@ -26,11 +26,6 @@ impl Acknowledging {
         Ok(Self { mark, how })
     }
 
-    /// By a key too, which is what is told then.
-    pub(crate) fn by_key(self) -> Self {
-        Self { how: "key a acknowledges it".to_owned(), ..self }
-    }
-
     /// What is to be set when it is done.
     pub(crate) fn mark(&self) -> Arc<AtomicBool> {
         Arc::clone(&self.mark)

@@ -329,7 +329,7 @@ impl<'a> Logging<'a> {
             let line = format!("event {}: {text}", event.event);
             self.written(|log| log.remark(&line))?;
             // Whoever closed standard error does not want to know.
-            let _ = self.notes.print(format!("note: {text}\n"));
+            let _ = self.notes.print(format!("note: {}\n", event.advised().trim_start()));
         }
         Ok(())
     }

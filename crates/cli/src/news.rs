@@ -49,6 +49,9 @@ pub(crate) struct News {
     /// Part of the history of a ring: no attempt among many, and nothing that the words show.
     #[serde(skip)]
     pub(crate) lasting: bool,
+    /// What somebody who looks on can do now.
+    #[serde(skip)]
+    pub(crate) advice: Option<String>,
 }
 
 /// What a ring's master says.
@@ -89,6 +92,7 @@ pub(crate) fn news(poll: &Poll, calendar: &Calendar, acknowledging: &Acknowledgi
         text,
         diagnosis: None,
         lasting: false,
+        advice: None,
     };
     let mut news: Vec<News> = Vec::new();
     for event in &poll.link {
@@ -104,17 +108,16 @@ pub(crate) fn news(poll: &Poll, calendar: &Calendar, acknowledging: &Acknowledgi
         news.push(News { lasting: true, ..told("acknowledged", poll.at, Some(*position), text) });
     }
     for sight in &poll.sights {
-        let (event, text, lasting) = match sight.stop {
+        let (event, text) = match sight.stop {
             None => continue,
-            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned(), false),
-            Some(Stop::Implausible(why)) if why.is_step() => {
-                // Somebody has to know it to end it.
-                ("implausible", format!("{why}; {}", acknowledging.how), true)
-            }
-            Some(Stop::Implausible(why)) => ("implausible", why.to_string(), false),
-            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age)), false),
+            Some(Stop::Error(_)) => ("error", "the error bit is set".to_owned()),
+            Some(Stop::Implausible(why)) => ("implausible", why.to_string()),
+            Some(Stop::Stale { age }) => ("stale", format!("no new word for {}", span(age))),
         };
-        news.push(News { lasting, ..told(event, sight.at, Some(sight.position), text) });
+        // It stays until somebody ends it, so somebody has to know.
+        let jumped = matches!(sight.stop, Some(Stop::Implausible(why)) if why.is_step());
+        let advice = jumped.then(|| acknowledging.how.clone());
+        news.push(News { lasting: jumped, advice, ..told(event, sight.at, Some(sight.position), text) });
     }
     news
 }
@@ -141,7 +144,8 @@ impl News {
     /// Of the ring, without a word of its master.
     pub(crate) fn of_ring(event: &'static str, at: Instant, calendar: &Calendar, text: &str) -> Self {
         let (date, text) = (calendar.date(at), text.to_owned());
-        Self { event, time_ns: at.as_nanos(), date, position: None, text, diagnosis: None, lasting: true }
+        let time_ns = at.as_nanos();
+        Self { event, time_ns, date, position: None, text, diagnosis: None, lasting: true, advice: None }
     }
 
     /// What happened, and to whom.
@@ -149,6 +153,14 @@ impl News {
         match self.position {
             Some(position) => format!("position {position}: {}", self.text),
             None => self.text.clone(),
+        }
+    }
+
+    /// The same with what can be done now, for somebody who looks on.
+    pub(crate) fn advised(&self) -> String {
+        match &self.advice {
+            Some(advice) => format!("{self}; {advice}"),
+            None => self.to_string(),
         }
     }
 }

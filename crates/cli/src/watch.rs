@@ -98,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         faults: arguments.exit_on_fault.then(Faults::default),
     };
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
-        live::run(watch.with_keys(), about, &quit)?
+        live::run(watch, about, &quit)?
     } else {
         Lines::new(about, arguments.output.format)?.run(watch, &quit)?
     };
@@ -119,11 +119,6 @@ struct Watched<'a> {
 }
 
 impl Watched<'_> {
-    /// With somebody who can press keys.
-    fn with_keys(self) -> Self {
-        Self { acknowledging: self.acknowledging.by_key(), ..self }
-    }
-
     /// Waits for the next poll, and makes of it what is shown.
     fn poll(&mut self) -> Option<Update> {
         if self.faults.as_ref().is_some_and(|faults| faults.first().is_some()) {
@@ -233,7 +228,7 @@ impl Lines {
         for event in happened {
             match self.format {
                 Format::Json => writeln!(out, "{}", serde_json::to_string(event)?)?,
-                Format::Text => writeln!(out, "{event}")?,
+                Format::Text => writeln!(out, "{}", event.advised())?,
             }
         }
         for new in seen {

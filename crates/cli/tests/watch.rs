@@ -529,3 +529,130 @@ fn a_log_that_no_longer_fits_ends_with_3_in_whole_rows() {
     let rows = rows(&folder.path().join("a.csv"));
     assert!(rows.len() > 100 && rows.iter().all(|row| row.split(',').count() == 5), "{:?}", rows.last());
 }
+
+#[test]
+fn of_a_gateway_that_does_not_tell_whether_the_ring_runs_it_is_said_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let untold = |text: &str| text.matches("this gateway does not tell whether the ring runs").count();
+    let at = ["--bus", &address, "--at", "0-1", "--model", "la-66,ce-100-m", "--for", "300ms"];
+    for format in ["text", "json"] {
+        let watch = run(folder.path(), &[&["watch", "--format", format][..], &at].concat());
+        assert_eq!(untold(&text(&watch.stdout)), 1, "{}", text(&watch.stdout));
+    }
+    let log = run(folder.path(), &[&["log", "a.csv"][..], &at].concat());
+    assert_eq!(untold(&text(&log.stderr)), 1, "{}", text(&log.stderr));
+    assert_eq!(untold(&fs::read_to_string(folder.path().join("a.csv")).unwrap()), 1);
+    sim.end("-TERM");
+}
+
+#[test]
+fn a_diagnosis_that_the_gateway_refuses_is_told_once_and_is_no_fault_of_an_encoder() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let address = format!("{address}?status=holding:5000");
+    let at = ["--bus", &address, "--at", "0", "--model", "la-66", "--for", "500ms", "--exit-on-fault"];
+    let output =
+        run(folder.path(), &[&["watch", "--format", "json", "--stale-after", "1m"][..], &at].concat());
+    assert_eq!(output.status.code(), Some(3), "whether the ring ran is not known");
+    let lines: Vec<Value> =
+        text(&output.stdout).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let of = |event: &str| lines.iter().filter(|line| line["event"] == event).collect::<Vec<_>>();
+    let unread = of("diagnosis_unread");
+    assert_eq!(unread.len(), 1, "{lines:#?}");
+    assert!(unread[0]["position"].is_null(), "{}", unread[0]);
+    let said = unread[0]["text"].as_str().unwrap();
+    assert!(said.starts_with("what the ring's master says was not read: "), "{said}");
+    assert!(of("seen").iter().all(|seen| seen["verdict"] == "unchecked"), "{lines:#?}");
+    assert!(of("seen")[0]["cannot_judge"].as_array().unwrap().contains(&Value::from("ring")));
+    assert!(lines.last().unwrap()["fault"].is_null());
+    sim.end("-TERM");
+}
+
+#[test]
+fn what_a_machine_does_at_most_is_refused_where_nothing_can_be_judged_by_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let rod = "version = 1\nmodel = \"la-66\"\n[parameters]\nmeasuring_length = 50000\n";
+    fs::write(folder.path().join("rod.toml"), rod).unwrap();
+    let common = ["watch", "--bus", &address, "--for", "50ms"];
+    let of_rod = ["--at", "0", "--parameters", "rod.toml", "--max-mm-s"];
+    for (arguments, message) in [
+        (
+            &["--at", "0", "--model", "la-66", "--max-rpm", "100"][..],
+            "--max-rpm: none of these encoders is a shaft",
+        ),
+        (
+            &["--at", "1", "--model", "ce-100-m", "--max-mm-s", "100"],
+            "--max-mm-s: none of these encoders is a rod",
+        ),
+        (
+            &["--at", "1", "--model", "ce-100-m", "--rod-mm", "100"],
+            "--rod-mm: none of these encoders is a rod",
+        ),
+        (
+            &["--at", "1", "--model", "ce-100-m", "--max-rpm", "100"],
+            "--max-rpm: the scaling of no shaft here is known, so no movement can be judged; give its parameters",
+        ),
+        (
+            &["--at", "0", "--model", "la-66", "--max-mm-s", "100", "--rod-mm", "500"],
+            "--max-mm-s: the scaling of no rod here is known",
+        ),
+        (
+            &[&of_rod[..], &["100"]].concat(),
+            "--max-mm-s: the length of the rod at position 0 is not known; give it with",
+        ),
+        (&[&of_rod[..], &["100", "--rod-mm", "500,500"]].concat(), "--rod-mm: 2 values for 1 encoders"),
+    ] {
+        let said = refused(folder.path(), 2, &[&common[..], arguments].concat());
+        assert!(said.starts_with(&format!("error: {message}")), "{said}");
+    }
+    let good = run(folder.path(), &[&common[..], &of_rod, &["100", "--rod-mm", "500"]].concat());
+    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
+    let said = refused(folder.path(), 2, &["watch", "--bus", "sim", "--rod-mm", "500"]);
+    assert_eq!(said, "error: --rod-mm: a simulated ring knows its rods\n");
+    sim.end("-TERM");
+}
+
+/// A rod whose magnet is put elsewhere.
+const JUMP: &str = "version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nmotion = { kind = \"hold\", raw = 125_000 }\n\
+                    [[event]]\nat_s = 1.0\nposition = 0\nset = { raw = 250_000 }\n";
+
+#[test]
+fn a_rod_jumps_only_for_whoever_says_how_fast_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
+    let log = |file: &str, more: &[&str]| {
+        let arguments = ["log", file, "--bus", "sim:jump.toml", "--for", "2s", "--speed", "max"];
+        text(&run(folder.path(), &[&arguments[..], more].concat()).stdout)
+    };
+    assert!(log("a.csv", &[]).ends_with(": valid 200\n"));
+    let jumped = log("b.csv", &["--max-mm-s", "1000"]);
+    assert!(jumped.ends_with(", implausible_speed 100\n"), "{jumped}");
+    let file = fs::read_to_string(folder.path().join("b.csv")).unwrap();
+    assert!(file.contains("position 0: nothing permissible moves from 12500 to 25000 within "), "{file}");
+    assert!(!file.contains("kill"), "{file}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_acknowledges_a_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
+    let arguments = ["--bus", "sim:jump.toml", "--max-mm-s", "1000"];
+    let mut watch = Running::start(folder.path(), &[&["watch"][..], &arguments].concat());
+    let pid = watch.program.id().to_string();
+    let mut told = String::new();
+    while !told.contains("; `kill -USR1 ") {
+        told = watch.line();
+    }
+    assert!(told.contains(&format!("`kill -USR1 {pid}` acknowledges it")), "{told}");
+    assert!(Command::new("kill").args(["-USR1", &pid]).status().unwrap().success());
+    while !told.contains("position 0: the jump was acknowledged") {
+        told = watch.line();
+    }
+    while !told.contains("25000  valid") {
+        told = watch.line();
+    }
+    watch.end("-INT");
+}

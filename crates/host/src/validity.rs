@@ -114,7 +114,7 @@ pub enum Why {
         measuring_length: u32,
     },
     /// The permissible speed is too slow for this.
-    #[error("nothing permissible moves from {from} to {to} within {within}")]
+    #[error("nothing permissible moves from {from} to {to} within {}", coarse(*within))]
     Speed {
         /// The last plausible position.
         from: u32,
@@ -453,6 +453,15 @@ impl Suspect {
         self.single &= sample.earliest <= self.first;
         self.why
     }
+}
+
+/// A time in three digits, rounded up.
+fn coarse(span: Duration) -> Duration {
+    let (ns, mut unit) = (span.as_nanos(), 1);
+    while ns / unit >= 1_000 {
+        unit *= 10;
+    }
+    Duration(ns.div_ceil(unit).saturating_mul(unit))
 }
 
 fn once(told: &mut bool, stop: &mut impl FnMut(Stop), why: Stop) {

@@ -163,8 +163,12 @@ impl Screen {
             Some(_) => "NOT CONNECTED",
             None => "",
         };
-        let left = format!(" {}  {state}", self.about.address);
         let right = format!("every {}, last {} ago ", self.about.every, span(ago));
+        // Of an address that is too long the end goes, and not what is said behind it.
+        let width = usize::from(area.width);
+        let room = width.saturating_sub(state.chars().count() + 3);
+        let address = shortened(&self.about.address, room);
+        let left = format!(" {address}  {state}");
         frame.render_widget(ends(&left, &right, area.width).style(Modifier::REVERSED), area);
     }
 
@@ -274,6 +278,14 @@ const fn mood(verdict: &Judgement) -> Style {
         Judgement::Faulty(_) | Judgement::Implausible(_) => Color::Red,
     };
     Style::new().fg(color)
+}
+
+/// As much of a text as there is room for.
+fn shortened(text: &str, room: usize) -> String {
+    if text.chars().count() <= room {
+        return text.to_owned();
+    }
+    text.chars().take(room.saturating_sub(1)).chain(['…']).collect()
 }
 
 /// A line with something at both ends; the right one goes if there is no room.

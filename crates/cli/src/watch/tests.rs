@@ -79,6 +79,7 @@ fn link(event: &'static str, text: &str) -> News {
         text: text.to_owned(),
         diagnosis: None,
         lasting: true,
+        advice: None,
     }
 }
 

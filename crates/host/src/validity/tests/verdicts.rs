@@ -206,6 +206,7 @@ fn a_zero_that_was_lost_by_6_turns_is_caught_and_does_not_heal_with_time() {
     let within = Duration::from_micros(11_500);
     let speed = Why::Speed { from: 1_234, to: 7_234, within };
     assert_eq!(bench.poll(1_000, 7_234), Position::Implausible(speed));
+    assert_eq!(speed.to_string(), "nothing permissible moves from 1234 to 7234 within 11.5 ms");
     assert_eq!(bench.stops, [Stop::Implausible(speed)]);
     // After 60 ms a shaft could have got there.
     for _ in 0..1_000 {
