@@ -9,6 +9,7 @@ pub(crate) mod new_file;
 pub(crate) mod printer;
 pub(crate) mod progress;
 pub(crate) mod ratio;
+pub(crate) mod reading;
 pub(crate) mod time;
 
 /// What stands below the help of the whole program.

@@ -1,7 +1,7 @@
 //! `encoring replay`: a trace played into an encoder, and its answers compared or printed.
 
 use std::fs::File;
-use std::io::{self, BufWriter, IsTerminal, Read, Write};
+use std::io::{self, BufWriter, Read, Write};
 
 use clap::{Args, ValueEnum};
 use encoring_encoder::{ServiceTimes, StaleService, Unit};
@@ -9,11 +9,12 @@ use encoring_sim::replay::{Difference, compare, play};
 use encoring_sim::{Node, device_line};
 use encoring_trace::{DeviceLine, Reader, Row, Writer};
 use encoring_words::model::{MODELS, Sensor, Series};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::arguments;
 use crate::arguments::{Output, TableArguments, TypeLabel};
+use crate::output::reading::{self, Beside};
 use crate::output::{self, Answer, Failure, Format, bad_input};
 
 /// Play a trace into an encoder and compare every IN word
@@ -194,9 +195,6 @@ struct Source<'a> {
     progress: ProgressBar,
 }
 
-/// Files of fewer bytes are played before a bar could be read.
-const LONG_FILE: u64 = 8 << 20;
-
 impl<'a> Source<'a> {
     fn open(arguments: &'a Arguments) -> Result<Self, Failure> {
         let name = arguments.trace.as_str();
@@ -205,18 +203,8 @@ impl<'a> Source<'a> {
             return Ok(Self { name: "standard input", bytes, progress: ProgressBar::hidden() });
         }
         let file = File::open(name).map_err(|error| bad_input(format!("cannot open {name}: {error}")))?;
-        let length = file.metadata().map_or(0, |metadata| metadata.len());
-        // A bar would be torn apart by rows printed to the same terminal.
-        let watched = io::stderr().is_terminal() && !(arguments.print && io::stdout().is_terminal());
-        let progress = if watched && length >= LONG_FILE {
-            let bar = ProgressBar::new(length);
-            match ProgressStyle::with_template("{bar:40} {bytes} of {total_bytes}, {eta} left") {
-                Ok(style) => bar.with_style(style),
-                Err(_) => bar,
-            }
-        } else {
-            ProgressBar::hidden()
-        };
+        let beside = if arguments.print { Beside::Rows } else { Beside::Nothing };
+        let progress = reading::bar(&file, beside);
         Ok(Self { name, bytes: Box::new(file), progress })
     }
 }

@@ -27,7 +27,7 @@ use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace, State};
 use crate::memories::can_be_written;
 use crate::output::printer::{Closing, READER_PATIENCE};
-use crate::output::progress::Progress;
+use crate::output::progress::{Progress, RING_TIME};
 use crate::output::{Answer, Failure, bad_input, note};
 use report::{Addresses, Report};
 
@@ -39,9 +39,6 @@ const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
 
 /// Threads that wait for the ring on behalf of peers of the control port; more questions wait their turn.
 const THREADS_FOR_PEERS: usize = 4;
-
-/// The bar of a run whose end is known.
-const BAR: &str = "{bar:40} {percent:>3} % of the time on the ring, {eta} left";
 
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
@@ -210,7 +207,7 @@ async fn simulate(
     let (recording, record) = arguments.record(&mut world)?.unzip();
     let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
     let lasting = arguments.lasting.lasting;
-    let progress = lasting.map(|lasting| Progress::start(Some(lasting), BAR)).transpose()?;
+    let progress = lasting.map(|lasting| Progress::start(Some(lasting), RING_TIME)).transpose()?;
     let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
     let station = Station::start(world, options)?;
     let keeper = memories.map(|folder| Keeper::start(station.handle().clone(), folder, units.clone()));

@@ -21,23 +21,42 @@ pub(crate) fn check_new_file(option: &str, file: &Path, existing: Existing) -> R
     }
 }
 
+/// Why a new file is not there.
+pub(crate) enum NotWritten {
+    /// It could not be written.
+    File(io::Error),
+    /// There is nothing to write.
+    Contents(Failure),
+}
+
+impl From<io::Error> for NotWritten {
+    fn from(cause: io::Error) -> Self {
+        Self::File(cause)
+    }
+}
+
 /// Writes a file that is there whole or not at all. `option` is what named it.
 pub(crate) fn write_new_file(
     option: &str,
     file: &Path,
     existing: Existing,
-    write: impl FnOnce(&mut Replacement) -> io::Result<()>,
+    write: impl FnOnce(&mut Replacement) -> Result<(), NotWritten>,
 ) -> Result<(), Failure> {
     check_new_file(option, file, existing)?;
-    let written = Replacement::begin(file).and_then(|mut new| {
+    let begun = Replacement::begin(file).map_err(NotWritten::File);
+    let written = begun.and_then(|mut new| {
         write(&mut new)?;
         new.flush()?;
         match existing {
-            Existing::Kept => new.keep_new(),
-            Existing::Replaced => new.replace(),
+            Existing::Kept => new.keep_new()?,
+            Existing::Replaced => new.replace()?,
         }
+        Ok(())
     });
-    written.map_err(|cause| {
-        Failure::NoAnswer(format!("{option} {}: cannot be written: {cause}", file.display()))
+    written.map_err(|problem| match problem {
+        NotWritten::File(cause) => {
+            Failure::NoAnswer(format!("{option} {}: cannot be written: {cause}", file.display()))
+        }
+        NotWritten::Contents(failure) => failure,
     })
 }

@@ -11,6 +11,9 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// How long the terminal has to take the bar away.
 const PATIENCE: Real = Real::from_millis(200);
 
+/// What a bar over the time of a ring shows.
+pub(crate) const RING_TIME: &str = "{bar:40} {percent:>3} % of the time on the ring, {eta} left";
+
 /// A bar, or nothing where standard error is no terminal.
 pub(crate) struct Progress(Option<Drawn>);
 

@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::PathBuf;
 
 use clap::Args;
-use encoring_files::{Existing, Growing};
+use encoring_files::Existing;
 use encoring_sim::Scenario;
 use encoring_sim::ssi::{PlacedReader, SsiSettings};
 use encoring_sim::ssi_bench::{BenchCapture, BenchError, capture};
@@ -15,12 +15,17 @@ use encoring_words::ssi_frame::Level;
 use super::format::{FormatArguments, rate};
 use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
-use crate::output::new_file::check_new_file;
+use crate::interrupt::Interrupt;
+use crate::output::new_file::{NotWritten, check_new_file, write_new_file};
+use crate::output::progress::{Progress, RING_TIME};
 use crate::output::{Answer, Failure, bad_input, note};
 
 /// Clock rate, and time between transfers, of a reader that nobody described.
 const HZ_DEFAULT: u32 = 500_000;
 const EVERY_DEFAULT: Duration = Duration::from_millis(1);
+/// Changes between two looks at the progress.
+const SHOWN_EVERY: u64 = 10_000;
+
 /// Samples a second of a session, which needs a rate.
 const SAMPLERATE_DEFAULT: u64 = 20_000_000;
 
@@ -80,6 +85,15 @@ impl From<BenchError> for Failure {
             BenchError::TooMany(error) => bad_input(error),
             BenchError::NotProgrammed { .. } => Self::Refused(error.to_string()),
             BenchError::Sink(error) => Self::NoAnswer(error.to_string()),
+        }
+    }
+}
+
+impl From<BenchError> for NotWritten {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::Sink(cause) => Self::File(cause),
+            other => Self::Contents(other.into()),
         }
     }
 }
@@ -155,23 +169,26 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         jitter: Duration(arguments.jitter.into()),
         spikes_per_million: arguments.noise,
     };
-    let failed = |cause| Failure::NoAnswer(format!("--out {}: cannot be written: {cause}", file.display()));
-    let growing = Growing::begin(file, existing).map_err(failed)?;
-    let sink = BufWriter::new(growing.writer().map_err(failed)?);
-    let mut writer =
-        CaptureWriter::new(format, sink, &["clock", "data"], 0b11, samplerate).map_err(failed)?;
-    let mut changes = 0_u64;
-    let end = capture(&scenario, position, &recording, |at, clock, data| {
-        changes += 1;
-        let high = |level| u8::from(level == Level::High);
-        writer.change(at, high(clock) | high(data) << 1)
-    });
-    let end = end.map_err(|error| match error {
-        BenchError::Sink(cause) => failed(cause),
-        other => other.into(),
+    let interrupt = Interrupt::new()?;
+    let progress = Progress::start(Some(arguments.lasting), RING_TIME)?;
+    let (mut changes, mut end) = (0_u64, 0);
+    write_new_file("--out", file, existing, |new| {
+        let sink = BufWriter::new(new);
+        let mut writer = CaptureWriter::new(format, sink, &["clock", "data"], 0b11, samplerate)?;
+        end = capture(&scenario, position, &recording, |at, clock, data| {
+            if interrupt.is_interrupted() {
+                return Err(io::Error::new(io::ErrorKind::Interrupted, "interrupted"));
+            }
+            changes += 1;
+            if changes.is_multiple_of(SHOWN_EVERY) {
+                progress.show(Duration(at), String::new);
+            }
+            let high = |level| u8::from(level == Level::High);
+            writer.change(at, high(clock) | high(data) << 1)
+        })?;
+        Ok(writer.finish(end)?.flush()?)
     })?;
-    writer.finish(end).map_err(failed)?;
-    growing.finish().map_err(failed)?;
+    drop(progress);
     let line = format!("{changes} changes in {} of position {position}: {}", Duration(end), file.display());
     writeln!(io::stdout().lock(), "{line}")?;
     Ok(Answer::Yes)

@@ -10,7 +10,10 @@ use encoring_host::ssi_lines::{LinesFound, SSI_LINES_MAX, SsiLines};
 use encoring_trace::capture::{Capture, CaptureEnd, CaptureError};
 use encoring_words::Instant;
 use encoring_words::ssi_frame::Level;
+use indicatif::ProgressBarIter;
 
+use crate::interrupt::Interrupt;
+use crate::output::reading::{self, Beside};
 use crate::output::{Failure, bad_input, note};
 
 /// Changes that are looked at to find the lines.
@@ -35,10 +38,14 @@ pub(crate) struct CaptureArguments {
 
 /// Two lines of a capture.
 pub(crate) struct Captured {
-    capture: Capture<File>,
+    capture: Capture<Source>,
     /// The channels of clock and data.
     lines: [usize; 2],
+    interrupt: Interrupt,
 }
+
+/// The file, with a bar that shows how far it is read.
+type Source = ProgressBarIter<File>;
 
 /// What the two lines show from a time on; `None` where it is not known.
 pub(crate) struct Levels {
@@ -53,23 +60,27 @@ impl From<CaptureError> for Failure {
 }
 
 impl CaptureArguments {
-    /// Opens the capture and finds its lines; says which they are if nobody named them.
-    pub(crate) fn open(&self) -> Result<Captured, Failure> {
+    /// Opens the capture and finds its lines; says which they are if nobody named them. From then on a signal ends the
+    /// reading.
+    pub(crate) fn open(&self, beside: Beside) -> Result<Captured, Failure> {
+        let interrupt = Interrupt::new()?;
+        interrupt.only_looks();
         let name = self.file.display().to_string();
         // Whatever is no ordinary file is told before anything waits for it.
         encoring_files::open(&self.file, 0).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
         let file = File::open(&self.file).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
-        let mut capture = Capture::new(&name, file, self.samplerate)?;
+        let source = reading::bar(&file, beside).wrap_read(file);
+        let mut capture = Capture::new(&name, source, self.samplerate)?;
         let lines = match (&self.clock, &self.data) {
             (Some(clock), Some(data)) => named(&capture, &name, clock, data)?,
-            _ => found(&mut capture, &name)?,
+            _ => found(&mut capture, &name, &interrupt)?,
         };
-        Ok(Captured { capture, lines })
+        Ok(Captured { capture, lines, interrupt })
     }
 }
 
 /// Channels by their names.
-fn named(capture: &Capture<File>, file: &str, clock: &str, data: &str) -> Result<[usize; 2], Failure> {
+fn named(capture: &Capture<Source>, file: &str, clock: &str, data: &str) -> Result<[usize; 2], Failure> {
     let (clock, data) = (channel(capture, file, "--clock", clock)?, channel(capture, file, "--data", data)?);
     if clock == data {
         return Err(bad_input("--clock and --data name the same channel"));
@@ -78,7 +89,7 @@ fn named(capture: &Capture<File>, file: &str, clock: &str, data: &str) -> Result
 }
 
 /// A channel by its whole name, or by the part behind its scopes if only one ends in that.
-fn channel(capture: &Capture<File>, file: &str, option: &str, name: &str) -> Result<usize, Failure> {
+fn channel(capture: &Capture<Source>, file: &str, option: &str, name: &str) -> Result<usize, Failure> {
     let channels = capture.channels();
     if let Some(found) = channels.iter().position(|channel| channel == name) {
         return Ok(found);
@@ -102,7 +113,7 @@ fn listed(channels: &[String]) -> String {
 }
 
 /// Finds the lines by what they do.
-fn found(capture: &mut Capture<File>, file: &str) -> Result<[usize; 2], Failure> {
+fn found(capture: &mut Capture<Source>, file: &str, interrupt: &Interrupt) -> Result<[usize; 2], Failure> {
     let channels = capture.channels().to_vec();
     let ask = |why: &str| {
         bad_input(format!(
@@ -120,8 +131,12 @@ fn found(capture: &mut Capture<File>, file: &str) -> Result<[usize; 2], Failure>
         // What is not known counts as High, which is rest.
         lines.levels(Instant(change.time_ns), change.high | !change.known);
         changes += 1;
-        if changes < LOOKED_AT { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        let is_enough = changes >= LOOKED_AT || interrupt.is_interrupted();
+        if is_enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
+    if interrupt.is_interrupted() {
+        return Err(Failure::NoAnswer("interrupted while clock and data were looked for".to_owned()));
+    }
     let called = |line: usize| channels.get(line).map_or("", String::as_str);
     match lines.found() {
         LinesFound::Pair { clock, data } => {
@@ -156,16 +171,25 @@ fn found(capture: &mut Capture<File>, file: &str) -> Result<[usize; 2], Failure>
 }
 
 impl Captured {
-    /// Tells both lines at every change.
+    /// Tells both lines at every change, until a signal comes.
     pub(crate) fn levels(
         &mut self,
         mut each: impl FnMut(Levels) -> ControlFlow<()>,
     ) -> Result<CaptureEnd, CaptureError> {
-        self.capture.changes(&self.lines, |change| {
+        let Self { capture, lines, interrupt } = self;
+        capture.changes(lines, |change| {
+            if interrupt.is_interrupted() {
+                return ControlFlow::Break(());
+            }
             let level = |bit: u32| Level::from_bit((change.high >> bit) as u32);
             let known = (change.known & 0b11 == 0b11).then(|| (level(0), level(1)));
             each(Levels { at: Instant(change.time_ns), clock_and_data: known })
         })
+    }
+
+    /// Whether a signal has ended the reading.
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupt.is_interrupted()
     }
 
     /// A time as the file has it.

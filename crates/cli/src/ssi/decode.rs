@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::captured::{CaptureArguments, Captured, Levels, Page};
 use super::format::FormatArguments;
+use crate::output::reading::Beside;
 use crate::output::{Answer, Failure, note};
 use summary::Summary;
 
@@ -113,7 +114,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if let Some(remark) = arguments.format.without_effect() {
         note(&format!("note: {remark}"));
     }
-    let mut captured = arguments.capture.open()?;
+    let beside = if arguments.output == DecodeFormat::Text { Beside::Nothing } else { Beside::Rows };
+    let mut captured = arguments.capture.open(beside)?;
     let format = arguments.format.format();
     let mut summary = Summary::new(format, arguments.edge.taken_at());
     let mut page = Page::new(io::stdout().lock());
@@ -146,6 +148,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         text.lines().try_for_each(|line| page.line(line))?;
         page.flush()?;
     }
+    if captured.is_interrupted() {
+        note("note: interrupted: this is what stands in the part that was read");
+        return Ok(Answer::Unknown);
+    }
     Ok(summary.answer())
 }
 
@@ -170,7 +176,9 @@ fn receive(
         };
         ended.map_or(ControlFlow::Continue(()), |transfer| each(&transfer, summary))
     })?;
-    if let Some(last) = receiver.end(Instant(end.time_ns)) {
+    // A transfer that the signal came into is not cut in the file.
+    let last = if captured.is_interrupted() { None } else { receiver.end(Instant(end.time_ns)) };
+    if let Some(last) = last {
         summary.timings.transfer(&last);
         let _ = each(&last, summary);
     }

@@ -168,5 +168,5 @@ fn draw(arguments: &Arguments, file: &Path) -> Result<(), Failure> {
     let title = format!("position {position} ({position:06X}h), {format}, {clocks} clocks of {khz} kHz");
     let svg = transfer.svg(&title);
     let existing = if *overwrite { Existing::Replaced } else { Existing::Kept };
-    write_new_file("--svg", file, existing, |new| new.write_all(svg.as_bytes()))
+    write_new_file("--svg", file, existing, |new| Ok(new.write_all(svg.as_bytes())?))
 }

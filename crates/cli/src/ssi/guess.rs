@@ -14,6 +14,7 @@ use serde::Serialize;
 use super::captured::{CaptureArguments, Captured, Levels};
 use super::format::FormatText;
 use crate::arguments::Output;
+use crate::output::reading::Beside;
 use crate::output::{Answer, Failure, note};
 
 /// Find the format of a capture: bits, code, parity, repetition, zeros before and behind, and the edge
@@ -118,7 +119,7 @@ impl fmt::Display for GuessView {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let mut captured = arguments.capture.open()?;
+    let mut captured = arguments.capture.open(Beside::Nothing)?;
     let mut counts: BTreeMap<u32, u64> = BTreeMap::new();
     words(&mut captured, |word| *counts.entry(word.clocks).or_default() += 1)?;
     let all: u64 = counts.values().sum();
@@ -159,6 +160,10 @@ fn words(captured: &mut Captured, mut each: impl FnMut(SsiWord)) -> Result<(), F
         }
         ControlFlow::Continue(())
     })?;
+    if captured.is_interrupted() {
+        let message = "interrupted: a guess needs the whole capture";
+        return Err(Failure::NoAnswer(message.to_owned()));
+    }
     if let Some(word) = words.time(Instant(end.time_ns)) {
         each(word);
     }

@@ -1,5 +1,8 @@
 //! `encoring ssi capture` and `ssi sweep`: the simulated encoder.
 
+use std::fs;
+use std::process::{Command, Stdio};
+
 use serde_json::Value;
 
 use crate::{encoring, refused};
@@ -80,7 +83,7 @@ fn a_capture_is_not_made_over_another_file_and_needs_an_encoder_with_an_ssi() {
     let file = folder.path().join("a.sr");
     let file = file.to_str().unwrap();
     assert_eq!(encoring(&["ssi", "capture", "--out", file, "--for", "2ms"], b"").code, Some(0));
-    let before = std::fs::read(file).unwrap();
+    let before = fs::read(file).unwrap();
     let again = encoring(&["ssi", "capture", "--out", file], b"");
     assert_eq!(again.code, Some(2));
     assert!(
@@ -88,7 +91,7 @@ fn a_capture_is_not_made_over_another_file_and_needs_an_encoder_with_an_ssi() {
         "{}",
         again.err
     );
-    assert_eq!(std::fs::read(file).unwrap(), before);
+    assert_eq!(fs::read(file).unwrap(), before);
     assert_eq!(encoring(&["ssi", "capture", "--out", file, "--overwrite"], b"").code, Some(0));
     let ending = "error: --out a.txt: the name of a capture ends in .vcd, .sr or .csv";
     refused(&["ssi", "capture", "--out", "a.txt"], b"", ending);
@@ -127,4 +130,22 @@ fn a_sweep_tells_what_each_clock_rate_brings() {
     let (code, found) = swept(&[&["--delay", "550", "--edge", "rising"][..], &rates].concat());
     assert_eq!((code, &found[1]["right"]), (Some(0), &10.into()));
     assert_eq!(swept(&["--khz", "60"]).0, Some(3), "nothing of what is guaranteed was tried");
+}
+
+#[test]
+fn a_capture_that_is_interrupted_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("long.csv");
+    let mut capture = Command::new(env!("CARGO_BIN_EXE_encoring"))
+        .args(["ssi", "capture", "--for", "9000000s", "--out"])
+        .arg(&file)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let files = || fs::read_dir(folder.path()).unwrap().count();
+    while files() == 0 && capture.try_wait().unwrap().is_none() {}
+    assert!(Command::new("kill").args(["-INT", &capture.id().to_string()]).status().unwrap().success());
+    let output = capture.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+    assert_eq!(files(), 0, "{:?}", String::from_utf8(output.stderr));
 }
