@@ -1,4 +1,5 @@
-"""On a terminal that is stopped (Ctrl-S) a simulation answers, a log grows, and everything ends on a signal.
+"""On a terminal that is stopped (Ctrl-S) a simulation answers, a log grows, a live view goes on polling, and everything
+ends on a signal.
 
 Usage: stopped_terminal.py ENCORING
 """
@@ -11,6 +12,7 @@ import subprocess
 import sys
 import tempfile
 import termios
+import threading
 import time
 
 program = os.path.abspath(sys.argv[1])
@@ -73,6 +75,24 @@ def grows(file):
     return False
 
 
+class Gateway:
+    """A gateway whose words differ from poll to poll, and which counts its requests."""
+
+    def __init__(self):
+        self.requests = 0
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.port = self.listener.getsockname()[1]
+        threading.Thread(target=self.serve, daemon=True).start()
+
+    def serve(self):
+        client, _ = self.listener.accept()
+        while request := client.recv(12):
+            self.requests += 1
+            count = 2 * request[11]
+            word = (self.requests % 10_000).to_bytes(4) * (count // 4)
+            client.sendall(request[:4] + (3 + count).to_bytes(2) + request[6:8] + bytes([count]) + word)
+
+
 os.chdir(tempfile.mkdtemp())
 
 port = free_port()
@@ -98,3 +118,13 @@ for name, more in [("live watch", []), ("watch", ["--format", "json"])]:
     watch, terminal = start("watch", "--bus", "sim", *more)
     time.sleep(1)
     end(name, watch, terminal, 0)
+
+# What it draws fills the terminal long before.
+gateway = Gateway()
+where = f"modbus-tcp://127.0.0.1:{gateway.port}"
+watch, terminal = start("watch", "--bus", where, "--at", "0-7", "--model", "ce-65-m")
+until = time.monotonic() + 20
+while gateway.requests < 400 and time.monotonic() < until:
+    time.sleep(0.1)
+assert gateway.requests >= 400, f"the live view has asked {gateway.requests} times and waits for its terminal"
+end("live view of a gateway", watch, terminal, 0)

@@ -1,5 +1,9 @@
 //! What happens to a ring, from what its master says at each poll.
 
+#[cfg(test)]
+#[allow(clippy::panic, reason = "a test may panic")]
+mod tests;
+
 use std::fmt;
 
 use encoring_ring::diagnostics::{Diagnosis, status};
@@ -10,6 +14,12 @@ use crate::judge::Ring;
 
 /// Single faulty data cycles are told once in this time.
 const FAULTY_AGAIN_AFTER: Duration = Duration::from_secs(10);
+
+/// A ring that stands still again sooner is in the same trouble: a loose contact stops it many times a second.
+const CALM: Duration = Duration::from_secs(1);
+
+/// What the master says of one trouble is told up to so many times.
+const SAID_MAX: usize = 8;
 
 /// What changes with services of a controller, or from one data cycle to the next.
 const FLEETING: u16 = status::SS_INFO | status::DC_RESULT | status::RESULT | status::SY_RESULT;
@@ -23,9 +33,11 @@ const SOUND: Diagnosis =
 pub enum RingNews {
     /// It stands still.
     Stopped(Diagnosis),
-    /// It runs again.
+    /// It has run again for a second.
     Runs {
-        /// How long it was seen standing.
+        /// How often it was seen to stop.
+        times: u32,
+        /// How long it was seen standing, in all.
         stood_for: Duration,
         /// What its master says.
         diagnosis: Diagnosis,
@@ -43,9 +55,50 @@ pub enum RingNews {
 pub struct RingHistory {
     /// What the master last said, fleeting bits aside.
     said: Option<Diagnosis>,
-    stopped: Option<Instant>,
+    trouble: Option<Trouble>,
     faulty: Option<Instant>,
     unread: Option<BusError>,
+}
+
+/// A ring that stands still, or did so a moment ago.
+#[derive(Clone, Debug)]
+struct Trouble {
+    /// What it did last, and since when.
+    stands: bool,
+    since: Instant,
+    times: u32,
+    /// How long it stood before that.
+    stood_for: Duration,
+    /// What the master said of it, fleeting bits aside.
+    said: Vec<Diagnosis>,
+}
+
+impl Trouble {
+    fn new(at: Instant, said: Diagnosis) -> Self {
+        Self { stands: true, since: at, times: 1, stood_for: Duration::ZERO, said: vec![said] }
+    }
+
+    /// `true` if the master says of it what it has not said yet.
+    fn stands(&mut self, at: Instant, says: Diagnosis) -> bool {
+        if !self.stands {
+            (self.stands, self.since) = (true, at);
+            self.times = self.times.saturating_add(1);
+        }
+        let new = self.said.len() < SAID_MAX && !self.said.contains(&says);
+        if new {
+            self.said.push(says);
+        }
+        new
+    }
+
+    /// `true` if it is over.
+    fn runs(&mut self, at: Instant) -> bool {
+        if self.stands {
+            self.stood_for = self.stood_for + at.since(self.since);
+            (self.stands, self.since) = (false, at);
+        }
+        at.since(self.since) >= CALM
+    }
 }
 
 impl RingHistory {
@@ -61,14 +114,21 @@ impl RingHistory {
         // A ring on which all is well is nothing new.
         let before =
             self.said.replace(lasting).unwrap_or(if diagnosis.status.is_some() { SOUND } else { lasting });
-        match (self.stopped, diagnosis.reaches(0)) {
+        match (&mut self.trouble, diagnosis.reaches(0)) {
             (None, Some(false)) => {
-                self.stopped = Some(at);
+                self.trouble = Some(Trouble::new(at, lasting));
                 Some(RingNews::Stopped(diagnosis))
             }
-            (Some(since), Some(true)) => {
-                self.stopped = None;
-                Some(RingNews::Runs { stood_for: at.since(since), diagnosis })
+            (Some(trouble), Some(false)) => {
+                (trouble.stands(at, lasting) || read_again).then_some(RingNews::Says(diagnosis))
+            }
+            (Some(trouble), Some(true)) => {
+                let over = trouble.runs(at);
+                let Trouble { times, stood_for, .. } = *trouble;
+                if over {
+                    self.trouble = None;
+                }
+                over.then_some(RingNews::Runs { times, stood_for, diagnosis })
             }
             _ if read_again || differs(before, lasting) => Some(RingNews::Says(diagnosis)),
             _ => self.faulty_cycle(at, diagnosis),
@@ -128,8 +188,12 @@ impl fmt::Display for RingNews {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Stopped(diagnosis) | Self::Says(diagnosis) => diagnosis.fmt(f),
-            Self::Runs { stood_for, diagnosis } => {
-                write!(f, "the ring stood still for {} s; now {diagnosis}", tenths(*stood_for))
+            Self::Runs { times: 1, stood_for, diagnosis } => {
+                write!(f, "the ring stood still for {}; now {diagnosis}", readable(*stood_for))
+            }
+            Self::Runs { times, stood_for, diagnosis } => {
+                let stood_for = readable(*stood_for);
+                write!(f, "the ring stood still {times} times, for {stood_for} in all; now {diagnosis}")
             }
             Self::FaultyCycle(diagnosis) => write!(f, "a data cycle was faulty; {diagnosis}"),
             Self::Unread(error) => {
@@ -142,8 +206,10 @@ impl fmt::Display for RingNews {
     }
 }
 
-/// A time in seconds, with one decimal.
-fn tenths(span: Duration) -> String {
-    let tenths = span.as_nanos() / 100_000_000;
-    format!("{}.{}", tenths / 10, tenths % 10)
+/// As people read it.
+fn readable(span: Duration) -> String {
+    match span.as_nanos() / 1_000_000 {
+        ms @ 0..1_000 => format!("{ms} ms"),
+        ms => format!("{}.{} s", ms / 1_000, ms / 100 % 10),
+    }
 }

@@ -82,8 +82,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut opened = arguments.subjects.ring.open(Speed::REAL)?;
     let subjects = arguments.subjects.subjects(&opened)?;
     let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
-    let about =
-        About { address: opened.address.clone(), simulated: opened.is_simulated(), every: arguments.every };
+    let about = About {
+        address: opened.address.clone(),
+        simulated: opened.is_simulated(),
+        poll: plan.every,
+        every: arguments.every,
+    };
     opened.only_looks();
     let (stop, quit) = (opened.stop(), opened.stop());
     let untold = opened.untold_ring();
@@ -148,6 +152,8 @@ impl Watched<'_> {
 pub(crate) struct About {
     pub(crate) address: String,
     pub(crate) simulated: bool,
+    /// From one poll to the next.
+    pub(crate) poll: Duration,
     pub(crate) every: Duration,
 }
 
@@ -157,6 +163,7 @@ struct Watching<'a> {
     event: &'static str,
     bus: &'a str,
     simulated: bool,
+    poll_ns: u64,
     every_ns: u64,
     positions: Vec<usize>,
 }
@@ -205,6 +212,7 @@ impl Lines {
                     event: "watching",
                     bus: &self.about.address,
                     simulated: self.about.simulated,
+                    poll_ns: self.about.poll.as_nanos(),
                     every_ns: self.about.every.as_nanos(),
                     positions: subjects.iter().map(|subject| subject.position).collect(),
                 };
@@ -212,7 +220,8 @@ impl Lines {
             }
             Format::Text => {
                 let simulated = if self.about.simulated { ", a simulation" } else { "" };
-                writeln!(out, "{}{simulated}, looked at every {}", self.about.address, self.about.every)?;
+                let About { address, poll, every, .. } = &self.about;
+                writeln!(out, "{address}{simulated}, judged every {poll}, shown every {every}")?;
                 writeln!(
                     out,
                     "      time  at  model        position  verdict            OUT       IN        handshake"

@@ -114,7 +114,7 @@ fn without_a_terminal_there_is_a_line_for_each_encoder_at_first_and_then_for_cha
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     let out = text(&output.stdout);
     let lines: Vec<_> = out.lines().collect();
-    assert_eq!(lines[0], "sim:ring.toml, a simulation, looked at every 50 ms");
+    assert_eq!(lines[0], "sim:ring.toml, a simulation, judged every 10 ms, shown every 50 ms");
     assert!(
         lines[2].ends_with("   0  la-66           12500  valid              00000000  000030D4  normal"),
         "{out}"

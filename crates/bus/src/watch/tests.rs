@@ -439,7 +439,8 @@ fn a_ring_that_stands_takes_the_numbers_away_and_is_told_once_until_it_runs() {
             ("ring_stopped", None, ""),
             ("unchecked", Some(5), "unread"),
             ("unchecked", Some(5), ""),
-            ("valid", Some(5), "runs"),
+            // Told when it has run for a second.
+            ("valid", Some(5), ""),
         ]
     );
 }

@@ -54,8 +54,12 @@ fn unknown(model: Model) -> Judge {
 }
 
 fn screen(address: &str, seen: Vec<Seen>, news: Vec<News>) -> Screen {
-    let about =
-        About { address: address.to_owned(), simulated: address == "sim", every: Duration::from_millis(200) };
+    let about = About {
+        address: address.to_owned(),
+        simulated: address == "sim",
+        poll: Duration::from_millis(10),
+        every: Duration::from_millis(200),
+    };
     let mut screen = Screen::new(about);
     screen.take(Update { polls: 42, seen, news });
     screen

@@ -166,12 +166,13 @@ impl Space {
         (lowest, highest(units.saturating_add(self.blur)))
     }
 
-    /// `true` if no movement within the acceleration shows these three, one after the other.
-    fn too_sudden(&self, i: &Kept, j: &Kept, k: &Kept) -> bool {
+    /// `true` if no movement within the acceleration shows these three, one after the other; `after` are the speeds from
+    /// `j` to `k`.
+    fn too_sudden(&self, i: &Kept, j: &Kept, k: &Kept, after: (i128, i128)) -> bool {
         let Some(acceleration) = self.acceleration else { return false };
         let time = k.latest.saturating_sub(i.earliest);
         let Some(change) = floor(acceleration.saturating_mul(time), 2 * NANOS_PER_S) else { return false };
-        let (before, after) = (self.speeds(i, j), self.speeds(j, k));
+        let before = self.speeds(i, j);
         let rise = after.0.saturating_sub(before.1);
         let fall = before.0.saturating_sub(after.1);
         rise.max(fall) > change.saturating_add(1)
@@ -180,7 +181,14 @@ impl Space {
 
 /// Rounded down; `None` without a divisor.
 fn floor(dividend: i128, divisor: i128) -> Option<i128> {
-    if divisor > 0 { dividend.checked_div_euclid(divisor) } else { None }
+    if divisor <= 0 {
+        return None;
+    }
+    // Most numbers are small, and dividing large ones takes many times as long.
+    match (i64::try_from(dividend), i64::try_from(divisor)) {
+        (Ok(dividend), Ok(divisor)) => dividend.checked_div_euclid(divisor).map(i128::from),
+        _ => dividend.checked_div_euclid(divisor),
+    }
 }
 
 impl Track {
@@ -274,7 +282,8 @@ impl Track {
         let new = Kept { place, earliest: way.bottom.min(way.top), latest: sample.latest };
         let mut later = self.kept.iter().flatten();
         while let Some(j) = later.next() {
-            if later.clone().any(|i| space.too_sudden(i, j, &new)) {
+            let after = space.speeds(j, &new);
+            if later.clone().any(|i| space.too_sudden(i, j, &new, after)) {
                 return Err(Why::Acceleration { from: self.value, to: sample.value });
             }
         }
