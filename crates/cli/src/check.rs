@@ -7,12 +7,15 @@ use encoring_bus::master::MasterError;
 use encoring_host::Services;
 use encoring_host::preset::code;
 use encoring_host::service::{Check, check};
+use encoring_workshop::reading::read_each;
+use encoring_workshop::values::parameters_of;
 use serde::Serialize;
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Consent, Output};
 use crate::ask::{CHECK_DOES, confirmed};
 use crate::bus::Deed;
+use crate::noted::{JournalFolder, Noted};
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, Shown, StatusView, TargetView};
 
@@ -33,6 +36,8 @@ pub(crate) struct Arguments {
     encoder: Encoder,
     #[command(flatten)]
     consent: Consent,
+    #[command(flatten)]
+    journal: JournalFolder,
     #[command(flatten)]
     output: Output,
 }
@@ -74,7 +79,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
     confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
-    let told = opened.serve(target, |master| look_and_check(master, target));
+    let noted = arguments.journal.of(&opened, target.position);
+    let told = opened.serve(target, |master| look_and_check(master, target, noted.as_ref()));
     opened.report(arguments.output, told, |view| {
         let pending = view.before.error_bit || view.after.error_bit;
         if view.check.is_good() && !pending { Answer::Yes } else { Answer::No }
@@ -84,10 +90,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 fn look_and_check<S: Services<Error = MasterError>>(
     services: &mut S,
     target: Target,
+    noted: Option<&Noted>,
 ) -> Result<CheckView, Failed> {
     let before = services.look().map_err(Failed::Bus)?;
     let check = check(services)?;
     let after = services.look().map_err(Failed::Bus)?;
+    if let Some(noted) = noted.filter(|noted| check.is_good() && noted.is_open())
+        && let Ok(values) = read_each(services, target.model, parameters_of(target.model))
+    {
+        noted.checked(|parameter| values.iter().find(|read| read.parameter == parameter)?.value);
+    }
     // What the check said must not be lost to a read that fails.
     let code = code(services, target.model).ok();
     Ok(CheckView {

@@ -79,6 +79,20 @@ impl Noted {
         }
     }
 
+    /// Whether something was begun here and is not known to have ended.
+    pub(crate) fn is_open(&self) -> bool {
+        self.0.as_ref().is_some_and(|page| page.pending().is_ok_and(|pending| pending.is_some()))
+    }
+
+    /// A data check has made these values count; if they are those of before or those that were wanted, what was begun has
+    /// ended.
+    pub(crate) fn checked(&self, read: impl Fn(Parameter) -> Option<u32>) {
+        let found = self.earlier(read).map(|earlier| earlier.found);
+        if matches!(found, Some(Found::AllWritten | Found::Untouched)) {
+            self.settle(None, None);
+        }
+    }
+
     /// Notes what will be written; when this returns it is on the disk.
     #[expect(clippy::disallowed_methods, reason = "the journal says when something was begun")]
     pub(crate) fn begin(

@@ -11,6 +11,7 @@ pub(crate) mod progress;
 pub(crate) mod ratio;
 pub(crate) mod reading;
 pub(crate) mod time;
+pub(crate) mod wrap;
 
 /// What stands below the help of the whole program.
 pub(crate) const EXIT_CODES: &str = "\

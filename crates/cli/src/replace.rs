@@ -15,9 +15,10 @@ use encoring_workshop::reconstruct::positions::KnownPosition;
 use encoring_workshop::{MachineMark, Reference};
 
 use crate::arguments;
-use crate::arguments::bus::Target;
+use crate::arguments::bus::{Source as SaidBy, Target};
 use crate::arguments::range::{Wanted, number};
 use crate::arguments::{Consent, TypeLabel};
+use crate::ask::CHECK_DOES;
 use crate::bus::{Opened, simulated_ring};
 use crate::output::{Answer, Failure, bad_input, note};
 use crate::presetting::{PresetView, Presetting};
@@ -164,7 +165,7 @@ impl Replacing<'_> {
         }
         if program.answer() == Answer::Yes && program.differs() {
             self.dialog.tell(&program.to_string().replace("nothing was written: --dry-run\n", ""));
-            if !self.dialog.agrees("Program these values?")? {
+            if !self.dialog.agrees(&self.question())? {
                 view.left("the values were not programmed: the answer was no");
                 return Ok(false);
             }
@@ -176,6 +177,18 @@ impl Replacing<'_> {
         let in_order = program.is_in_order();
         view.programmed(program);
         Ok(in_order)
+    }
+
+    /// Consent to what will be written, with what is not known.
+    fn question(&self) -> String {
+        let model = match self.target.source {
+            SaidBy::Ring => String::new(),
+            SaidBy::User => format!(
+                "No word tells the model: the type label of the new unit must say {}.\n",
+                self.target.model
+            ),
+        };
+        format!("{model}Then a data check follows: {CHECK_DOES}\nProgram these values?")
     }
 
     fn work(&self, how: &How, opened: &mut Opened) -> Result<ProgramView, Failure> {

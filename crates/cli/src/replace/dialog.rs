@@ -7,7 +7,8 @@ use encoring_workshop::MachineMark;
 use crate::arguments;
 use crate::arguments::Consent;
 use crate::interrupt::asking;
-use crate::output::Failure;
+use crate::output::wrap::wrapped;
+use crate::output::{Failure, note};
 
 use super::steps;
 
@@ -29,7 +30,7 @@ impl Dialog {
     /// Says something that whoever answers must know.
     pub(super) fn tell(&self, text: &str) {
         if !self.silent {
-            crate::output::note(text.trim_end());
+            note(&wrapped(text.trim_end(), 4));
         }
     }
 
@@ -80,7 +81,7 @@ impl Dialog {
     /// The answer to a question, without spaces around.
     pub(super) fn ask(&self, question: &str) -> Result<String, Failure> {
         let mut terminal = io::stderr();
-        write!(terminal, "\n{question}")?;
+        write!(terminal, "\n{}", wrapped(question, 0))?;
         terminal.flush()?;
         let mut answer = String::new();
         let read = asking(|| io::stdin().lock().read_line(&mut answer))?;

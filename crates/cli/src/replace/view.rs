@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::source::Source;
 use crate::arguments::bus::{Source as SaidBy, Target};
 use crate::output::Answer;
+use crate::output::wrap::wrapped;
 use crate::presetting::PresetView;
 use crate::programming::ProgramView;
 use crate::told::{MarkView, TargetView};
@@ -210,7 +211,8 @@ impl fmt::Display for OldView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "the old unit, a {}:", self.model)?;
         let mut sentences = |head: &str, list: &[String]| -> fmt::Result {
-            list.iter().try_for_each(|line| writeln!(f, "  {head:<8} {line}"))
+            let line = |line: &String| wrapped(&format!("  {head:<8} {line}"), 9);
+            list.iter().try_for_each(|each| writeln!(f, "{}", line(each)))
         };
         sentences("known", &self.known)?;
         sentences("assumed", &self.assumed)?;
@@ -244,12 +246,12 @@ impl fmt::Display for ReplaceView {
             write!(f, "\nzero at {mark}\n{preset}")?;
         }
         if let Some(comparison) = &self.comparison {
-            write!(f, "\ncompared: {comparison}")?;
+            write!(f, "\ncompared: {}", wrapped(&comparison.to_string(), 2))?;
         }
         self.left.iter().try_for_each(|left| writeln!(f, "left undone: {left}"))?;
         if !self.zero.is_empty() {
             writeln!(f)?;
         }
-        self.zero.iter().try_for_each(|line| writeln!(f, "{line}"))
+        self.zero.iter().try_for_each(|line| writeln!(f, "{}", wrapped(line, 0)))
     }
 }

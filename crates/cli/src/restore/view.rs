@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
 use crate::output::Answer;
+use crate::output::wrap::wrapped;
 use crate::programming::ProgramView;
 use crate::told::MarkView;
 
@@ -98,6 +99,8 @@ impl fmt::Display for RestoreView {
         if !self.zero.is_empty() {
             writeln!(f)?;
         }
-        self.zero.iter().try_for_each(|line| writeln!(f, "{line}"))
+        // What is to be typed stays on its line.
+        let line = |line: &String| if line.starts_with(' ') { line.clone() } else { wrapped(line, 0) };
+        self.zero.iter().try_for_each(|each| writeln!(f, "{}", line(each)))
     }
 }

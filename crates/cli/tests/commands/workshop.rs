@@ -11,6 +11,11 @@ const RING: &str = "version = 1\n\
     [[device]]\nposition = 1\nmodel = \"ce-100-m\"\nmotion = { kind = \"hold\", raw = 5_000 }\n\
     [[device]]\nposition = 2\nmodel = \"ce-65-m\"\nmotion = { kind = \"hold\", raw = 5_000 }\n";
 
+/// A text, and the same on one line: sentences are broken for a terminal.
+fn with_long_lines(text: &str) -> String {
+    format!("{text}\n{}", text.split_whitespace().collect::<Vec<_>>().join(" "))
+}
+
 /// A folder with a ring that remembers.
 struct Bench(tempfile::TempDir);
 
@@ -50,7 +55,7 @@ impl Bench {
     fn out(&self, command: &str, code: i32) -> String {
         let Run { code: ended, out, err } = self.run(command);
         assert_eq!(ended, Some(code), "{command}\n{out}{err}");
-        out + &err
+        with_long_lines(&(out + &err))
     }
 
     fn file(&self, name: &str) -> String {
@@ -243,11 +248,11 @@ fn what_the_old_unit_held_is_told_without_any_encoder() {
         let arguments: Vec<_> = command.split('|').collect();
         let Run { code: ended, out, err } = encoring_in(bench.path(), &arguments, b"");
         assert_eq!(ended, Some(code), "{command}\n{out}{err}");
-        out + &err
+        with_long_lines(&(out + &err))
     };
     let words = "replace|--model|ce-100-m|--yes|--word|W#16#C200 W#16#270F|--word|C300000A|--word|16#C9000001|--word|C1000001";
     let told = out(&format!("{words}|--word|C4000000|--word|C5000000|--save|found.toml"), 0);
-    assert!(told.contains("known    measuring_length = 9999: word W#16#C200 W#16#270F"), "{told}");
+    assert!(told.contains("known measuring_length = 9999: word W#16#C200 W#16#270F"), "{told}");
     assert!(
         bench.file("found.toml").contains("counting_direction = { direction = \"falling\" }"),
         "{}",
