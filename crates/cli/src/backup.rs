@@ -18,7 +18,7 @@ use crate::arguments::bus::{BusArguments, Target, patience};
 use crate::arguments::positions::{Positions, positions};
 use crate::arguments::{Output, span};
 use crate::bus::{Deed, Opened};
-use crate::output::{Answer, Failure, bad_input};
+use crate::output::{Answer, Failure, bad_input, note};
 use view::{BackupView, EncoderView};
 
 /// Keep everything readable of an encoder, or of a whole ring, in a file
@@ -94,6 +94,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let asked = arguments.asked(&opened, older.as_ref())?;
     for asked in &asked {
         opened.announce(asked.target, Deed::Reads);
+    }
+    if !opened.is_simulated() {
+        note(
+            "note: while a value is read IN shows the reply and no position: the PLC must not use it meanwhile",
+        );
     }
     let told = arguments.keep(&mut opened, &asked, older);
     opened.report(arguments.output, told, BackupView::answer)

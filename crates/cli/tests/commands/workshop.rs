@@ -298,3 +298,19 @@ fn a_recording_tells_what_was_programmed_and_read() {
     // What was refused does not count, and of two writes the later one does.
     assert_eq!(values, [(Some("02"), Some(4095)), (Some("03"), Some(10))]);
 }
+
+#[test]
+fn what_could_not_be_read_is_in_the_backup_by_name_and_is_no_success() {
+    let bench = Bench::new();
+    let fault = "[[event]]\nat_s = 0\nposition = 2\nset = { eeprom = { fault = \"read\" } }\n";
+    fs::write(bench.path().join("ring.toml"), format!("{RING}{fault}")).unwrap();
+    let told = bench.out("backup axis.toml --at 2", 3);
+    assert!(told.contains("02       measuring_length           ?"), "{told}");
+    let text = bench.file("axis.toml");
+    let names = "unreadable = [\"counting_direction\", \"measuring_length\", \"numerator\", \"denominator\", \"ssi_values\"]";
+    assert!(text.contains(names), "{text}");
+    assert!(bench.out("restore axis.toml --yes", 2).contains("nothing to restore"));
+    // The others of the ring are kept all the same, and the exit code says that something is missing.
+    bench.out("backup all.toml", 3);
+    assert_eq!(bench.file("all.toml").matches("[[encoder]]").count(), 3);
+}
