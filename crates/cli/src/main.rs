@@ -40,6 +40,7 @@ mod watch;
 mod word_view;
 mod write;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -52,6 +53,21 @@ struct Arguments {
     command: Command,
 }
 
+/// A signed number in pieces, as `-15872 9999`, or with `_` is no option, though clap takes it for one. No option begins
+/// with a digit, and the readers of numbers leave spaces out.
+fn number_or_option(argument: OsString) -> OsString {
+    let is_number = |text: &&str| {
+        let mut signs = text.chars();
+        signs.next() == Some('-')
+            && signs.next().is_some_and(|sign| sign.is_ascii_digit())
+            && text.contains([' ', '_'])
+    };
+    match argument.to_str().filter(is_number) {
+        Some(number) => format!(" {number}").into(),
+        None => argument,
+    }
+}
+
 macro_rules! commands {
     ($($name:ident $module:ident,)*) => {
         #[derive(Subcommand)]
@@ -60,7 +76,7 @@ macro_rules! commands {
         }
 
         fn main() -> ExitCode {
-            output::finish(match Arguments::parse().command {
+            output::finish(match Arguments::parse_from(std::env::args_os().map(number_or_option)).command {
                 $(Command::$name(arguments) => $module::run(&arguments),)*
             })
         }

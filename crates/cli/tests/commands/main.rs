@@ -1,6 +1,7 @@
 //! The program, run as a user runs it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::indexing_slicing, reason = "a test may panic")]
 
+mod cells;
 mod decode;
 mod json;
 mod master;

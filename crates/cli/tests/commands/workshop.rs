@@ -17,10 +17,10 @@ fn with_long_lines(text: &str) -> String {
 }
 
 /// A folder with a ring that remembers.
-struct Bench(tempfile::TempDir);
+pub(super) struct Bench(tempfile::TempDir);
 
 impl Bench {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         fs::write(folder.path().join("ring.toml"), RING).unwrap();
         Self(folder)
@@ -31,8 +31,13 @@ impl Bench {
     }
 
     /// Runs a command on the ring.
-    fn run(&self, command: &str) -> Run {
+    pub(super) fn run(&self, command: &str) -> Run {
         self.answered(command, "")
+    }
+
+    /// Runs a command in its folder.
+    pub(super) fn alone(&self, command: &str) -> Run {
+        encoring_in(self.path(), &command.split(' ').collect::<Vec<_>>(), b"")
     }
 
     /// Runs a command that asks, with these answers through a pipe.
