@@ -23,7 +23,7 @@ use crate::news::{Calendar, news};
 use crate::output::printer::Printer;
 use crate::output::progress::Progress;
 use crate::output::time::seconds;
-use crate::output::{Answer, Failure, Format, bad_input, note, page};
+use crate::output::{Answer, Failure, Format, bad_input, page};
 use crate::subjects::SubjectArguments;
 use crate::told::{FaultSeen, Faults, looked};
 
@@ -159,22 +159,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         parameter: opened.diagnosis.parameter.is_some(),
     };
     let log = awaiting_reader(|| Log::create(&arguments.file, &remarks, columns, rotation))?;
-    if let Some(oldest) = log.doomed() {
-        note(&format!(
-            "note: --keep {}: {} is deleted when the next file takes its turn",
-            arguments.keep,
-            oldest.display()
-        ));
-    }
-    if let Some(untold) = opened.untold_ring() {
-        note(&format!("note: {untold}"));
-    }
     let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
     let (stop, quit) = (opened.stop(), opened.stop());
+    let untold = opened.untold_ring();
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
     let special = log.is_special();
-    let logging = Logging::new(log, arguments, Calendar::at(watch.now()))?;
+    let mut logging = Logging::new(log, arguments, Calendar::at(watch.now()))?;
+    logging.begin(untold);
     let (summary, answer, mut notes) = logging.run(watch, opened.world.as_ref())?;
     let format = arguments.output.format;
     if special {
@@ -257,6 +249,18 @@ impl<'a> Logging<'a> {
             progress,
             notes,
         })
+    }
+
+    /// Says what the user must know beforehand.
+    fn begin(&mut self, untold: Option<&str>) {
+        let oldest = self.log.doomed().map(|oldest| {
+            let (keep, oldest) = (self.arguments.keep, oldest.display());
+            format!("--keep {keep}: {oldest} is deleted when the next file takes its turn")
+        });
+        for text in oldest.as_deref().into_iter().chain(untold) {
+            // Whoever closed standard error does not want to know.
+            let _ = self.notes.print(format!("note: {text}\n"));
+        }
     }
 
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]

@@ -133,15 +133,7 @@ impl Screen {
             20..34 => self.news.len().min(2),
             _ => self.news.len().min(5),
         };
-        let begin = self.news.len() - events;
-        let width = usize::from(area.width);
-        let told = self
-            .news
-            .iter()
-            .skip(begin)
-            .flat_map(|news| wrap(&format!("{}  {}", news.date, news.told()), width));
-        let mut told: Vec<_> = told.map(Line::raw).collect();
-        told.truncate(2 * events);
+        let told: Vec<_> = self.told(events, usize::from(area.width)).into_iter().map(Line::raw).collect();
         let [head, body, news, foot] = Layout::vertical([
             Constraint::Length(1),
             Constraint::Min(0),
@@ -154,6 +146,19 @@ impl Screen {
         self.head(frame, head, ago);
         frame.render_widget(Paragraph::new(told).style(Style::new().fg(Color::Yellow)), news);
         self.foot(frame, foot, whole);
+    }
+
+    /// The newest events, at most so many and in twice as many lines; the last one whole before an older one begins.
+    fn told(&self, events: usize, width: usize) -> Vec<String> {
+        let mut told = VecDeque::new();
+        for news in self.news.iter().rev().take(events) {
+            let lines = wrap(&format!("{}  {}", news.date, news.told()), width);
+            if !told.is_empty() && told.len() + lines.len() > 2 * events {
+                break;
+            }
+            lines.into_iter().rev().for_each(|line| told.push_front(line));
+        }
+        told.into()
     }
 
     fn head(&self, frame: &mut Frame<'_>, area: Rect, ago: Duration) {
