@@ -40,15 +40,15 @@ pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>
     let every = Real::from_nanos(about.every.as_nanos());
     let (polled, shown) = (&mut watched, &Shown::new(Screen::new(about)));
     thread::scope(|scope| {
-        // It also sets a hook that restores the terminal before a panic's message.
-        let terminal = awaiting_reader(ratatui::try_init)?;
-        let restored = Restored;
+        // First, since a terminal that is stopped cannot even be made ready.
         let polling = thread::Builder::new().name("polls".to_owned());
         let polling = polling.spawn_scoped(scope, move || polls(polled, shown))?;
-        let view = View { terminal, shown, every, stop, acknowledged: &acknowledged };
-        let ended = view.run(|| polling.is_finished());
-        // Before the wait for the last poll, which may take a time-out.
-        drop(restored);
+        // It also sets a hook that restores the terminal before a panic's message.
+        let ended = awaiting_reader(ratatui::try_init).and_then(|terminal| {
+            // Before the wait for the last poll, which may take a time-out.
+            let _restored = Restored;
+            View { terminal, shown, every, stop, acknowledged: &acknowledged }.run(|| polling.is_finished())
+        });
         stop.store(true, Ordering::Relaxed);
         ended
     })?;
