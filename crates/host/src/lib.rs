@@ -3,11 +3,13 @@
 //! [`scaling`] finds the values that make an encoder count in the wanted steps over the wanted range, judges them as
 //! the encoder will, and gives the words that program them. [`session`] carries one service out, poll by poll;
 //! [`service`], [`program`] and [`preset`] are what a user means by it. [`validity`] judges every position that the
-//! bus brings. [`ssi_receiver`] is the other end of the encoder's SSI.
+//! bus brings. [`referee`] says which rule of the handshake another program broke. [`ssi_receiver`] is the other end
+//! of the encoder's SSI.
 #![no_std]
 
 pub mod preset;
 pub mod program;
+pub mod referee;
 pub mod request;
 pub mod scaling;
 pub mod seen;

@@ -1,0 +1,490 @@
+//! The referee: which rule of the handshake a PLC program broke.
+//!
+//! It looks on and never takes part. It is told what was [`Observed`] of one encoder and keeps, for each [`HandshakeRule`], when
+//! it was broken first and last, and how often. What can be judged depends on the [`Vantage`]; [`rule`] has the table,
+//! [`Referee::not_judged`] what could not be judged. It needs no allocator and takes anything in any order: what runs
+//! backwards in time is left out and counted, and across a gap nothing is judged.
+//!
+//! "Position used while bit 31 is up" is not on the bus, so there is no such rule.
+
+use encoring_words::model::{Effect, MODELS};
+use encoring_words::word::{DATA, ERROR_BIT, Out, RESERVE_BIT, ServiceFields, ServiceNumber};
+use encoring_words::{Access, Duration, InWord, Instant, Model, OutWord, Service};
+
+pub mod rule;
+
+mod cadence;
+mod habits;
+mod movement;
+mod request;
+#[cfg(test)]
+mod tests;
+
+use self::cadence::Cadence;
+use self::habits::Habits;
+use self::movement::Movement;
+use self::rule::{BUS_RESET, ERROR_SEEN, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
+pub use self::rule::{HandshakeRule, RULES, Severity, Sight, Vantage};
+
+/// What was written to an OUT word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// Bits 31..16.
+    High(u16),
+    /// Bits 15..0.
+    Low(u16),
+    /// Both at once.
+    Both(OutWord),
+}
+
+/// How a cycle went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineSeen {
+    /// The data came whole.
+    Good,
+    /// Data came and was wrong.
+    Bad,
+    /// Nothing came.
+    Silent,
+    /// Nobody said.
+    Untold,
+}
+
+/// Something that was seen of one encoder.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Observed {
+    /// A cycle, an exchange, or a row of a log.
+    Cycle {
+        /// When.
+        at: Instant,
+        /// What stood on OUT.
+        out: OutWord,
+        /// What stood on IN; `None` if the encoder had no supply, or nobody said.
+        input: Option<InWord>,
+        /// How it went.
+        line: LineSeen,
+    },
+    /// A write by a client of the master.
+    Write {
+        /// When.
+        at: Instant,
+        /// Who, by any number.
+        client: u32,
+        /// What.
+        written: Written,
+    },
+}
+
+/// What a finding says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ruling {
+    /// The rule was broken.
+    Broken,
+    /// A right program could look the same.
+    Suspected,
+    /// Something to know.
+    Note,
+}
+
+impl Ruling {
+    /// Its name in JSON.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Broken => "broken",
+            Self::Suspected => "suspected",
+            Self::Note => "note",
+        }
+    }
+}
+
+/// Breaks of a rule.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Which.
+    pub rule: HandshakeRule,
+    /// The surest verdict so far.
+    pub verdict: Ruling,
+    /// When it was broken first.
+    pub first: Instant,
+    /// And last.
+    pub last: Instant,
+    /// How often; of a row of writes or reads, how many were in it.
+    pub count: u32,
+    /// OUT at the first break.
+    pub out: OutWord,
+    /// IN then; `None` if it was not known.
+    pub input: Option<InWord>,
+}
+
+/// Writes that a cell of the EEPROM is assumed to stand. No manual says.
+pub const WRITES_ASSUMED: u64 = 100_000;
+
+impl Finding {
+    /// Days until [`WRITES_ASSUMED`] writes, if it goes on like this; `None` for other rules.
+    #[must_use]
+    pub fn days_to_wear(&self) -> Option<u64> {
+        let pauses = u64::from(self.count.saturating_sub(1));
+        let each = self.last.since(self.first).as_nanos().checked_div(pauses)?;
+        let day = Duration::from_secs(86_400).as_nanos();
+        let all = u128::from(each) * u128::from(WRITES_ASSUMED) / u128::from(day);
+        matches!(self.rule, HandshakeRule::MemoryWear).then_some(u64::try_from(all).unwrap_or(u64::MAX))
+    }
+}
+
+/// What was wrong with what was observed; none of it is judged as a break.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Flaws {
+    /// Observations that lay before the one before.
+    pub backwards: u32,
+    /// Pauses between cycles that were far longer than usual.
+    pub gaps: u32,
+    /// Cycles whose OUT word nobody was seen to write.
+    pub unseen_writes: u32,
+}
+
+/// How OUT came to hold what it holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum By {
+    /// A cycle showed it.
+    Cycle,
+    /// One write of both halves.
+    Whole,
+    High(u32),
+    Low(u32),
+}
+
+/// A request whose service bit stands.
+#[derive(Clone, Copy, Debug)]
+struct Standing {
+    /// OUT when the bit rose.
+    word: OutWord,
+    rose: Instant,
+    by: By,
+    /// Number or data changed with the bit.
+    together: bool,
+    /// When its own reply was seen first.
+    own: Option<Instant>,
+    /// When another reply was seen first.
+    foreign: Option<Instant>,
+    /// Its beginning was not seen, or a rule was broken that explains all that follows.
+    spoiled: bool,
+    /// The ring stopped meanwhile: the encoder takes it for no request.
+    stopped: bool,
+    /// What it asks for has been judged.
+    settled: bool,
+    /// That it stands too long has been told.
+    told: bool,
+}
+
+/// A set error bit.
+#[derive(Clone, Copy, Debug)]
+struct ErrorSeen {
+    /// Since when it stands in normal mode.
+    normal: Option<Instant>,
+    /// A reply had it.
+    replied: bool,
+    /// 08 was requested, or it was told that it was not.
+    over: bool,
+}
+
+/// The referee of one encoder.
+#[derive(Clone, Debug)]
+pub struct Referee {
+    vantage: Vantage,
+    model: Option<Model>,
+    now: Option<Instant>,
+    out: Option<OutWord>,
+    input: Option<InWord>,
+    standing: Option<Standing>,
+    /// The reply to the service before has not ended yet.
+    ending: bool,
+    error: Option<ErrorSeen>,
+    /// A reply had bit 29 then, and 08 was not requested yet.
+    status_due: Option<Instant>,
+    silent_since: Option<Instant>,
+    habits: Habits,
+    movement: Movement,
+    cadence: Cadence,
+    findings: [Option<Finding>; RULES.len()],
+    flaws: Flaws,
+    services: u64,
+    input_seen: bool,
+    line_seen: bool,
+}
+
+impl Referee {
+    /// A referee that has seen nothing. Without a model it judges what holds for every one.
+    #[must_use]
+    pub const fn new(vantage: Vantage, model: Option<Model>) -> Self {
+        Self {
+            vantage,
+            model,
+            now: None,
+            out: None,
+            input: None,
+            standing: None,
+            ending: false,
+            error: None,
+            status_due: None,
+            silent_since: None,
+            habits: Habits::NEW,
+            movement: Movement::NEW,
+            cadence: Cadence::NEW,
+            findings: [None; RULES.len()],
+            flaws: Flaws { backwards: 0, gaps: 0, unseen_writes: 0 },
+            services: 0,
+            input_seen: false,
+            line_seen: false,
+        }
+    }
+
+    /// Takes what was seen.
+    pub fn observe(&mut self, seen: Observed) {
+        let (Observed::Cycle { at, .. } | Observed::Write { at, .. }) = seen;
+        if self.now.is_some_and(|now| at < now) {
+            self.flaws.backwards = self.flaws.backwards.saturating_add(1);
+            return;
+        }
+        self.now = Some(at);
+        match seen {
+            Observed::Write { client, written, .. } => self.write(at, client, written),
+            Observed::Cycle { out, input, line, .. } => {
+                if self.cadence.is_gap(at) {
+                    self.flaws.gaps = self.flaws.gaps.saturating_add(1);
+                    self.forget();
+                }
+                self.cycle(at, out, input, line);
+            }
+        }
+        self.time_passes(at);
+    }
+
+    /// Nothing more comes: what stands at the end is judged.
+    pub fn finish(&mut self) {
+        let Some(now) = self.now else { return };
+        self.stands_long(now, WITHDRAWAL);
+        self.settle();
+    }
+
+    /// What was found, in the order of the rules.
+    pub fn findings(&self) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().flatten()
+    }
+
+    /// The rules that could not be judged.
+    pub fn not_judged(&self) -> impl Iterator<Item = HandshakeRule> + '_ {
+        RULES.into_iter().filter(|rule| {
+            let unseen = match rule {
+                HandshakeRule::StaleServiceBit => !self.line_seen,
+                HandshakeRule::DataWithServiceBit
+                | HandshakeRule::TornWords
+                | HandshakeRule::OutOfRange
+                | HandshakeRule::UnknownService
+                | HandshakeRule::WrongDirection
+                | HandshakeRule::PresetRepeated => false,
+                _ => !self.input_seen,
+            };
+            unseen || rule.certainty(self.vantage) == Sight::NotJudged
+        })
+    }
+
+    /// What was wrong with what was observed.
+    #[must_use]
+    pub const fn flaws(&self) -> Flaws {
+        self.flaws
+    }
+
+    /// Requests that were seen.
+    #[must_use]
+    pub const fn services(&self) -> u64 {
+        self.services
+    }
+
+    /// From where it looks.
+    #[must_use]
+    pub const fn vantage(&self) -> Vantage {
+        self.vantage
+    }
+
+    /// `true` if a rule of severity error was certainly broken.
+    #[must_use]
+    pub fn is_broken(&self) -> bool {
+        self.findings()
+            .any(|finding| finding.rule.severity() == Severity::Error && finding.verdict == Ruling::Broken)
+    }
+
+    fn models(&self) -> impl Iterator<Item = Model> + use<> {
+        let known = self.model;
+        MODELS.into_iter().filter(move |model| known.is_none_or(|known| known == *model))
+    }
+
+    /// Notes a break that happened at `at`.
+    fn found(&mut self, rule: HandshakeRule, at: Instant, out: OutWord) {
+        self.found_as(rule, rule.certainty(self.vantage), at, out);
+    }
+
+    /// The same, no surer than `sure`.
+    fn found_as(&mut self, rule: HandshakeRule, sure: Sight, at: Instant, out: OutWord) {
+        let verdict = match (rule.certainty(self.vantage), sure) {
+            (Sight::NotJudged, _) | (_, Sight::NotJudged) => return,
+            _ if rule.severity() == Severity::Note => Ruling::Note,
+            (Sight::Certain, Sight::Certain) => Ruling::Broken,
+            _ => Ruling::Suspected,
+        };
+        let input = self.input;
+        let Some(slot) = self.findings.get_mut(rule as usize) else { return };
+        let finding =
+            slot.get_or_insert(Finding { rule, verdict, first: at, last: at, count: 0, out, input });
+        finding.last = at;
+        finding.count = finding.count.saturating_add(1);
+        if verdict == Ruling::Broken {
+            finding.verdict = verdict;
+        }
+    }
+
+    /// What is not known any more after a gap.
+    fn forget(&mut self) {
+        (self.out, self.input, self.standing) = (None, None, None);
+        (self.error, self.status_due, self.silent_since) = (None, None, None);
+        self.ending = false;
+        self.movement = Movement::NEW;
+        self.habits.forget();
+    }
+
+    fn write(&mut self, at: Instant, client: u32, written: Written) {
+        let (after, by) = match (written, self.out) {
+            (Written::Both(word), _) => (word, By::Whole),
+            (Written::High(high), Some(out)) => (OutWord::from_halves(high, out.low()), By::High(client)),
+            (Written::Low(low), Some(out)) => (OutWord::from_halves(out.high(), low), By::Low(client)),
+            // Half of a word of which the other half is not known.
+            _ => return,
+        };
+        self.out_is(at, after, by);
+    }
+
+    fn cycle(&mut self, at: Instant, out: OutWord, input: Option<InWord>, line: LineSeen) {
+        self.line_seen |= line != LineSeen::Untold;
+        let unseen = self.vantage == Vantage::Writes && self.out.is_some_and(|known| known != out);
+        if unseen {
+            self.flaws.unseen_writes = self.flaws.unseen_writes.saturating_add(1);
+            (self.out, self.standing) = (None, None);
+        }
+        self.out_is(at, out, By::Cycle);
+        match line {
+            LineSeen::Silent => {
+                self.silent_since.get_or_insert(at);
+                if self.is_stopped(at) {
+                    self.stop();
+                }
+                return;
+            }
+            LineSeen::Bad => return,
+            LineSeen::Good | LineSeen::Untold => {
+                let stopped = self.is_stopped(at);
+                self.silent_since = None;
+                if stopped {
+                    self.runs_again(at, out);
+                }
+            }
+        }
+        match input {
+            Some(input) => self.input_is(at, input),
+            None if self.vantage == Vantage::Exchanges => self.forget(),
+            None => {}
+        }
+    }
+
+    /// The ring has been silent for so long that the bus was reset.
+    fn is_stopped(&self, at: Instant) -> bool {
+        self.silent_since.is_some_and(|since| at.since(since) >= BUS_RESET)
+    }
+
+    fn stop(&mut self) {
+        if let Some(standing) = &mut self.standing {
+            (standing.stopped, standing.spoiled) = (true, true);
+        }
+    }
+
+    fn runs_again(&mut self, at: Instant, out: OutWord) {
+        self.stop();
+        if out.service_bit() {
+            self.found(HandshakeRule::StaleServiceBit, at, out);
+        }
+    }
+
+    /// OUT holds this from now on.
+    fn out_is(&mut self, at: Instant, after: OutWord, by: By) {
+        let Some(before) = self.out.replace(after) else {
+            if after.service_bit() {
+                self.standing = Some(Standing::unseen(after, at));
+            }
+            return;
+        };
+        match (before.service_bit(), after.service_bit()) {
+            (false, true) => self.rises(at, before, after, by),
+            (true, false) => self.falls(at, after),
+            (true, true) => self.changes(at, before, after, by),
+            (false, false) => {}
+        }
+    }
+
+    /// What has stood for too long.
+    fn time_passes(&mut self, at: Instant) {
+        self.stands_long(at, STANDS_LONG);
+        if self.standing.is_some_and(|standing| at.since(standing.rose) >= WITHDRAWAL) {
+            self.settle();
+        }
+        let out = self.out.unwrap_or_default();
+        if self.habits.check_is_late(at) {
+            self.check_missed(at, out);
+        }
+        if self.status_due.is_some_and(|since| at.since(since) >= STATUS_WITHIN) {
+            self.status_due = None;
+            self.found(HandshakeRule::StatusNotRead, at, out);
+        }
+        let ignored = |error: &ErrorSeen| {
+            !error.over && error.normal.is_some_and(|since| at.since(since) >= STATUS_WITHIN)
+        };
+        if self.error.as_ref().is_some_and(ignored) {
+            self.error_ignored(at, out);
+        }
+    }
+
+    fn error_ignored(&mut self, at: Instant, out: OutWord) {
+        if let Some(error) = &mut self.error {
+            error.over = true;
+        }
+        self.found(HandshakeRule::ErrorIgnored, at, out);
+    }
+
+    fn stands_long(&mut self, at: Instant, long: Duration) {
+        let Some(standing) = self.standing else { return };
+        if standing.told || standing.stopped {
+            return;
+        }
+        let (rule, since) = match standing.own {
+            Some(own) => (HandshakeRule::NeverDropped, own),
+            None if standing.spoiled || !self.input_seen => return,
+            None => (HandshakeRule::NeverAcknowledged, standing.rose),
+        };
+        if at.since(since) >= long {
+            self.standing = Some(Standing { told: true, ..standing });
+            self.found(rule, at, standing.word);
+        }
+    }
+
+    /// The programmed values were not checked.
+    fn check_missed(&mut self, at: Instant, out: OutWord) {
+        let Some(service) = self.habits.take_unchecked() else { return };
+        let (mut needed, mut needless) = (false, false);
+        for model in self.models().filter(|model| model.lists(service).is_some()) {
+            needed |= model.effect() == Effect::AtDataCheck;
+            needless |= model.effect() == Effect::AtOnce;
+        }
+        if needed {
+            let sure = if needless { Sight::Suspected } else { Sight::Certain };
+            self.found_as(HandshakeRule::NoDataCheck, sure, at, out);
+        }
+    }
+}
