@@ -10,7 +10,7 @@ use encoring_benches::scenario;
 use encoring_ring::ident::ENCODER;
 use encoring_ring::profile::BIT_500K;
 use encoring_ring::{BitRing, CycleTime, EveryBit, Slave, Sound};
-use encoring_sim::fault::Segments;
+use encoring_sim::injector::Segments;
 use encoring_sim::{Scenario, World};
 use encoring_words::{InWord, Instant, OutWord};
 

@@ -6,6 +6,7 @@
 pub mod device_line;
 pub mod fault;
 mod gaps;
+pub mod injector;
 pub mod memory;
 pub mod motion;
 pub mod node;

@@ -9,7 +9,7 @@ use encoring_ring::telegram::Bits;
 use encoring_trace::wave::{Id, Signals, UNIT_NS, Value};
 use encoring_words::{Duration, OutWord};
 
-use crate::fault::Segments;
+use crate::injector::Segments;
 
 /// The service bit of both words.
 const SERVICE: u32 = 1 << 31;

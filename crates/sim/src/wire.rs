@@ -9,7 +9,8 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::fault::{Fault, Segments};
+use crate::fault::Fault;
+use crate::injector::Segments;
 use crate::tap::{Tap, Tapped};
 
 /// Slots beyond one a device in which a sound ring is open at the latest: the first silence, and some to spare.

@@ -1,13 +1,12 @@
 //! The world: encoders at their places on a ring, in virtual time, cycle by cycle.
 
-use encoring_device::{OFF_BELOW_MV, Surroundings};
-use encoring_encoder::{Encoder, Terminals};
+use encoring_device::OFF_BELOW_MV;
+use encoring_encoder::Terminals;
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::slave::{Condition, Lamps};
 use encoring_ring::{BitRing, ENCODERS_MAX, ProcessImage, Slave, Taken, TooManyEncoders, Verdict};
-use encoring_trace::{Input, Row, RowKind};
-use encoring_words::ssi_frame::{Level, SsiFormat};
-use encoring_words::{Duration, InWord, Instant, OutWord, ParameterSet};
+use encoring_trace::{Input, Row};
+use encoring_words::{Duration, InWord, Instant, OutWord};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -15,10 +14,14 @@ use crate::fault::{Fault, PER_MILLION};
 use crate::memory::Eeprom;
 use crate::motion::Motion;
 use crate::node::Node;
-use crate::scenario::{Change, Chip, Event, Happening, NewMotion, Scenario};
-use crate::ssi::{Clocked, Seen, SsiLine, SsiReader};
+use crate::scenario::{Change, Event, Happening, NewMotion, Scenario};
+use crate::ssi::{Seen, SsiLine, SsiReader};
 use crate::tap::Tap;
 use crate::wire::{Trouble, Wire};
+
+pub use place::Place;
+
+mod place;
 
 /// A ring of encoders and everything around them.
 #[derive(Clone, Debug)]
@@ -35,26 +38,6 @@ pub struct World {
     faulty_per_million: u32,
     chance: Pcg64Mcg,
     recorded: Option<Vec<Row>>,
-}
-
-/// One place of the ring.
-#[derive(Clone, Debug)]
-pub struct Place {
-    node: Node,
-    motion: Motion,
-    motion_since: Instant,
-    /// The motion before, for samples that lie before the present one began.
-    earlier: Option<(Motion, Instant)>,
-    around: Surroundings,
-    /// The supply fails in the present cycle, or did since the last one, even if it is back.
-    dipped: bool,
-    chip: Chip,
-    /// The moment of the sample that was told last, and where the shaft was: a motion that is changed afterwards does
-    /// not change it.
-    looked: Option<(Instant, i64)>,
-    ssi: SsiLine,
-    /// That the SSI switched the encoder on, until it is recorded: a replay has to do so, too.
-    switched_on: Option<Row>,
 }
 
 /// Where the ring is with an event.
@@ -448,126 +431,5 @@ impl World {
             input: Some(input.map_or(Input::Off, |input| Input::Word(input.0))),
             ..Row::default()
         });
-    }
-}
-
-impl Place {
-    /// A device with its supply, its shaft moving from the beginning of time.
-    fn new(mut node: Node, motion: Motion) -> Self {
-        let around = Surroundings::default();
-        node.supply(Instant::ZERO, around.supply_mv);
-        Self {
-            node,
-            motion,
-            motion_since: Instant::ZERO,
-            earlier: None,
-            around,
-            dipped: false,
-            chip: Chip::Running,
-            looked: None,
-            ssi: SsiLine::new(0),
-            switched_on: None,
-        }
-    }
-
-    /// An exchange of its encoder: the word that it hears, and its answer. `None` without supply.
-    fn exchange(&mut self, at: Instant, taken: Taken) -> (OutWord, Option<InWord>) {
-        let out = self.node.hears(taken);
-        self.look(at);
-        let input = self.node.step(at, out, &self.around);
-        if input.is_none() {
-            // The memory's power cut took the supply with it.
-            self.around.supply_mv = 0;
-            self.node.supply(at, 0);
-        }
-        (out, input)
-    }
-
-    /// Says where the shaft is of which an encoder learns at `at`.
-    fn look(&mut self, at: Instant) {
-        let moment = self.node.device().looks_at(at);
-        let raw = match self.looked {
-            Some((looked, raw)) if looked == moment => raw,
-            _ => self.raw(moment),
-        };
-        self.looked = Some((moment, raw));
-        self.around.terminals.raw = raw;
-    }
-
-    fn run_ssi(&mut self, until: Instant) {
-        let mut ssi = std::mem::replace(&mut self.ssi, SsiLine::new(0));
-        ssi.run(until, self);
-        self.ssi = ssi;
-    }
-
-    /// The reader on its SSI.
-    #[must_use]
-    pub fn ssi(&self) -> Option<&SsiReader> {
-        self.ssi.reader()
-    }
-
-    /// Whether its chip works in the present cycle.
-    const fn condition(&self) -> Condition {
-        match (self.dipped || !self.is_supplied(), self.chip) {
-            (true, _) => Condition::Off,
-            (false, Chip::Held) => Condition::Held,
-            (false, Chip::Running) => Condition::Running,
-        }
-    }
-
-    /// Whether the reset input of its chip is held.
-    fn is_held(&self) -> bool {
-        self.chip == Chip::Held
-    }
-
-    /// The device here.
-    #[must_use]
-    pub const fn node(&self) -> &Node {
-        &self.node
-    }
-
-    /// What surrounds it, as it was told last.
-    #[must_use]
-    pub const fn around(&self) -> &Surroundings {
-        &self.around
-    }
-
-    /// Where the shaft or magnet is at `at`.
-    #[must_use]
-    pub fn raw(&self, at: Instant) -> i64 {
-        match &self.earlier {
-            Some((motion, since)) if at < self.motion_since => motion.at(at.since(*since)),
-            _ => self.motion.at(at.since(self.motion_since)),
-        }
-    }
-
-    /// Whether its supply suffices.
-    #[must_use]
-    pub const fn is_supplied(&self) -> bool {
-        self.around.is_supplied()
-    }
-}
-
-impl Clocked for Place {
-    fn ssi_clock(&mut self, at: Instant, clock: Level) {
-        self.look(at);
-        let was_off = self.node.encoder().is_none();
-        self.node.ssi_clock(at, clock, &self.around);
-        if was_off && self.node.encoder().is_some() {
-            let Surroundings { terminals: Terminals { raw, .. }, supply_mv } = self.around;
-            let (kind, time_ns) = (RowKind::SsiEdge, at.as_nanos());
-            self.switched_on = Some(Row { kind, time_ns, raw, supply_mv, ..Row::default() });
-        }
-    }
-
-    fn ssi_level(&self, at: Instant) -> (Level, Option<Instant>) {
-        self.node.encoder().map_or((Level::Low, None), |encoder| encoder.ssi_level(at))
-    }
-
-    fn ssi_format(&self) -> SsiFormat {
-        let unit = self.node.unit();
-        let factory = || ParameterSet::factory(unit.model(), unit.sensor()).ssi_values();
-        let new = || SsiFormat::new(factory(), unit.firmware);
-        self.node.encoder().map_or_else(new, Encoder::ssi_format)
     }
 }

@@ -14,7 +14,7 @@ use encoring_ring::slave::{Condition, Jumper};
 use encoring_ring::telegram::Bits;
 use encoring_ring::{BitRing, CycleTime, Lines, Slave, Sound};
 use encoring_sim::Fault;
-use encoring_sim::fault::Segments;
+use encoring_sim::injector::Segments;
 use encoring_words::{InWord, Instant, OutWord};
 
 const TABLE: &str = include_str!("fault_matrix.txt");

@@ -276,6 +276,37 @@ fn every_recording_long_enough_for_preset_inputs_replays_without_a_difference() 
     every_recording_replays(1_000..1_020, 2_500);
 }
 
+/// An encoder whose shaft turns and which the SSI clock switches on, long before the bus would.
+fn switched_on_by_its_ssi() -> Scenario {
+    let device = common::device(
+        0,
+        "ce-65-m",
+        "motion = { kind = \"speed\", per_s = 4000000.0 }\nssi = { khz = 500, clocks = 25, every_ms = 0.1 }",
+    );
+    let supply = [common::set(20.0, 0, "supply_v = 0.0"), common::set(30.01, 0, "supply_v = 24.0")].concat();
+    common::scenario(&format!("version = 1\n{device}{supply}"))
+}
+
+#[test]
+fn the_edge_that_switched_an_encoder_on_stands_in_a_comment_of_the_recording_and_replays() {
+    let (file, tally) = recorded(&switched_on_by_its_ssi(), 1, 60).unwrap();
+    let text = String::from_utf8(file).unwrap();
+    let edges: Vec<&str> = text.lines().filter(|line| line.starts_with("# ssi ")).collect();
+    let [first, edge] = edges[..] else { panic!("{edges:?}") };
+    assert_eq!(first, "# ssi 100,0,400,24.0", "a new one is switched on like that, too");
+    let cells: Vec<&str> = edge.trim_start_matches("# ssi ").split(',').collect();
+    let [time_us, "0", raw, "24.0"] = cells[..] else { panic!("{edge}") };
+    let (time_us, raw): (f64, f64) = (time_us.parse().unwrap(), raw.parse().unwrap());
+    assert!((30_010.0..30_120.0).contains(&time_us), "{edge}");
+    assert!((raw - time_us * 4.0).abs() <= 1.0, "{edge}: 4 steps a microsecond");
+    assert_eq!(replayed(text.as_bytes()), (tally.rows, vec![]));
+    // Without it the encoder would take its samples at other times.
+    let without = text.replace(&format!("{edge}\n"), "");
+    let (rows, differences) = replayed(without.as_bytes());
+    assert_eq!(rows, tally.rows - 1);
+    assert!(!differences.is_empty());
+}
+
 #[test]
 fn a_recording_that_was_changed_does_not_replay() {
     let scenario = Scenario::built_in().unwrap();
