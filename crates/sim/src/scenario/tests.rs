@@ -185,8 +185,8 @@ fn a_wrong_scenario_is_refused_with_place_value_and_limit() {
         (one("[[device]]\nposition = 0\nmodel = \"la-66\"\n"), "s.toml line 6: position 0 is taken twice"),
         (one("[[device]]\nposition = 2\nmodel = \"la-66\"\n"), "line 6: position 2; the limits are 0 and 1"),
         (
-            one("[[device]]\nposition = 1\nmodel = \"ce-65\"\n"),
-            "model \"ce-65\"; the models are la-66, ce-100-m and ce-65-m",
+            one("[[device]]\nposition = 1\nmodel = \"ce-66\"\n"),
+            "model \"ce-66\"; the models are la-66, ce-100-m and ce-65-m",
         ),
         (
             one("[[device]]\nposition = 1\nmodel = \"la-66\"\nrod_mm = 0\n"),
