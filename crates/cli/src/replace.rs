@@ -17,7 +17,7 @@ use encoring_workshop::{MachineMark, Reference};
 use crate::arguments;
 use crate::arguments::bus::{Source as SaidBy, Target};
 use crate::arguments::range::{Wanted, number};
-use crate::arguments::{Consent, TypeLabel};
+use crate::arguments::{Consent, TableArguments, TypeLabel};
 use crate::ask::CHECK_DOES;
 use crate::bus::{Opened, simulated_ring};
 use crate::output::{Answer, Failure, bad_input, note};
@@ -51,10 +51,7 @@ pub(crate) struct Arguments {
     /// A word of the PLC program for this encoder, in any spelling; may be repeated
     #[arg(long = "word", value_name = "WORD", allow_hyphen_values = true, conflicts_with_all = ["recording", "known"])]
     words: Vec<String>,
-    /// Words without a mark of their base are decimal
-    #[arg(long, requires = "words")]
-    decimal: bool,
-    /// A recording in which services of the old unit were answered
+    /// A recording, a log or a table of another program in which services of the old unit were answered
     #[arg(long, value_name = "FILE.csv", conflicts_with = "known")]
     recording: Option<PathBuf>,
     /// A position that the old unit showed at a known place; may be repeated
@@ -86,6 +83,8 @@ pub(crate) struct Arguments {
     compare_at: Option<String>,
     #[command(flatten)]
     how: How,
+    #[command(flatten)]
+    table: TableArguments,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {

@@ -13,7 +13,8 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 use crate::arguments;
-use crate::arguments::{Output, TableArguments, TypeLabel};
+
+use crate::arguments::{Output, TableArguments, TypeLabel, tell_doubts};
 use crate::output::reading::{self, Beside};
 use crate::output::{self, Answer, Failure, Format, bad_input};
 
@@ -160,30 +161,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(bad_input("--native and --rod-mm: an encoder turns or is a rod, not both"));
     }
     let source = Source::open(arguments)?;
-    let mut reader =
-        Reader::with(source.name, source.progress.wrap_read(source.bytes), &arguments.table.layout())
-            .map_err(|error| bad_input(error.to_string()))?;
-    if let Some(assumed) = reader.assumed() {
-        output::note(&format!("note: {}: {assumed}", source.name));
-    }
+    let mut reader = arguments.table.reader(source.name, source.progress.wrap_read(source.bytes))?;
     let mut player = Player::new(arguments, &reader, source.name, &source.progress)?;
     let played = reader.try_for_each(|row| player.row(row.map_err(|error| bad_input(error.to_string()))?));
     source.progress.finish_and_clear();
     // Rows before a bad one are shown all the same.
     player.flush()?;
     played?;
-    if reader.may_be_decimal() {
-        output::note(&format!(
-            "note: no word of {} has a letter, and all were read as hexadecimal; if they are decimal, give --decimal",
-            source.name
-        ));
-    }
-    if let Some(line) = reader.piece() {
-        output::note(&format!(
-            "note: {} line {line} has no line end: the recording was cut off there, and this row is left out",
-            source.name
-        ));
-    }
+    tell_doubts(&reader, source.name);
     player.finish()
 }
 

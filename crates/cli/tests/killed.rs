@@ -8,6 +8,7 @@
     reason = "a test may panic"
 )]
 
+use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -86,11 +87,54 @@ impl Bus for Cut {
     }
 }
 
+/// What stands on a type label.
+#[derive(Clone, Copy)]
+struct Label {
+    model: Model,
+    /// Steps per turn; `None` for a rod.
+    native: Option<u32>,
+}
+
+impl Label {
+    fn usual(model: Model) -> Self {
+        let native = match model.usual_sensor() {
+            Sensor::Rotary { steps_per_turn } => Some(steps_per_turn),
+            Sensor::Linear { .. } => None,
+        };
+        Self { model, native }
+    }
+
+    /// Every model with every number of steps per turn that it is built with.
+    fn all() -> impl Iterator<Item = Self> {
+        MODELS.into_iter().flat_map(|model| match model.steps_per_turn() {
+            [] => vec![Self { model, native: None }],
+            several => several.iter().map(|native| Self { model, native: Some(*native) }).collect(),
+        })
+    }
+
+    /// Where a shaft or a magnet can be, in steps of the sensor or micrometres.
+    fn places(self) -> u64 {
+        self.native.map_or(500_000, |native| u64::from(native) * 4096)
+    }
+}
+
+impl fmt::Display for Label {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { model, native } = self;
+        match native {
+            Some(native) => write!(f, "{model} of {native} steps per turn"),
+            None => write!(f, "{model}"),
+        }
+    }
+}
+
 /// One encoder that stands still.
-fn ring(model: Model, seed: u64) -> (Cut, SharedWorld) {
+fn ring(label: Label, seed: u64) -> (Cut, SharedWorld) {
+    let Label { model, native } = label;
+    let native = native.map(|native| format!("native = {native}\n")).unwrap_or_default();
     let text = format!(
-        "version = 1\nseed = {seed}\n[[device]]\nposition = 0\nmodel = \"{model}\"\nmotion = {{ kind = \"hold\", raw = \
-         100_000 }}\n"
+        "version = 1\nseed = {seed}\n[[device]]\nposition = 0\nmodel = \"{model}\"\n{native}motion = {{ kind = \
+         \"hold\", raw = 100_000 }}\n"
     );
     let scenario = Scenario::parse("ring.toml", &text, Path::new(".")).unwrap();
     let ring = Simulated::new(World::new(&scenario).unwrap(), Speed::Max);
@@ -126,7 +170,8 @@ impl Chance {
 }
 
 /// A legal set of a model.
-fn any_set(model: Model, chance: &mut Chance) -> Vec<(Parameter, u32)> {
+fn any_set(label: Label, chance: &mut Chance) -> Vec<(Parameter, u32)> {
+    let model = label.model;
     loop {
         let values: Vec<_> = parameters_of(model)
             .map(|parameter| {
@@ -142,25 +187,14 @@ fn any_set(model: Model, chance: &mut Chance) -> Vec<(Parameter, u32)> {
                 (parameter, value)
             })
             .collect();
-        let mut program = Program::new(
-            model,
-            Some(model.steps_per_turn().first().copied().unwrap_or(0)).filter(|it| *it > 0),
-        );
-        for (parameter, value) in &values {
-            program.set(*parameter, *value).unwrap();
-        }
-        if program.judge(set_of(model, &values)).is_empty() {
+        if program(label, &values).judge(set_of(model, &values)).is_empty() {
             return values;
         }
     }
 }
 
-fn program(model: Model, values: &[(Parameter, u32)]) -> Program {
-    let native = match model.usual_sensor() {
-        Sensor::Rotary { steps_per_turn } => Some(steps_per_turn),
-        Sensor::Linear { .. } => None,
-    };
-    let mut program = Program::new(model, native);
+fn program(label: Label, values: &[(Parameter, u32)]) -> Program {
+    let mut program = Program::new(label.model, label.native);
     for (parameter, value) in values {
         program.set(*parameter, *value).unwrap();
     }
@@ -206,28 +240,29 @@ fn a_command_that_is_killed_after_any_exchange_is_told_by_the_next_one_and_repai
     let folder = tempfile::tempdir().unwrap();
     let place = EncoderPlace { bus: "here".to_owned(), position: 0 };
     let page = Page::new(Journal::in_folder(folder.path().to_owned()), place);
-    for model in MODELS {
+    for label in Label::all() {
+        let model = label.model;
         let mut chance = Chance(7);
-        let (old, wanted) = (any_set(model, &mut chance), any_set(model, &mut chance));
+        let (old, wanted) = (any_set(label, &mut chance), any_set(label, &mut chance));
         let whole = {
-            let (mut bus, _) = ring(model, 1);
-            noted(&mut bus, &page, program(model, &old));
-            noted(&mut bus, &page, program(model, &wanted))
+            let (mut bus, _) = ring(label, 1);
+            noted(&mut bus, &page, program(label, &old));
+            noted(&mut bus, &page, program(label, &wanted))
         };
         let mut seen: Vec<(&str, u32)> = Vec::new();
         for cut in 0..=whole {
-            let (mut bus, world) = ring(model, 1);
-            noted(&mut bus, &page, program(model, &old));
+            let (mut bus, world) = ring(label, 1);
+            noted(&mut bus, &page, program(label, &old));
             assert_eq!(page.pending(), Ok(None));
             bus.left = cut;
-            noted(&mut bus, &page, program(model, &wanted));
+            noted(&mut bus, &page, program(label, &wanted));
             let readings = next(&mut bus, model);
             let truth = programmed(&world);
             let value = |parameter| readings.values().find(|(read, _)| *read == parameter)?.1;
             let Some(intent) = page.pending().unwrap() else {
                 // It had not begun to write, or was through.
                 let untouched = old.iter().all(|(parameter, old)| truth(*parameter) == *old);
-                assert!(untouched || cut == whole, "{model} {cut}");
+                assert!(untouched || cut == whole, "{label} {cut}");
                 continue;
             };
             // What is told is what is so.
@@ -240,7 +275,7 @@ fn a_command_that_is_killed_after_any_exchange_is_told_by_the_next_one_and_repai
                 all if all == changed.len() => Found::AllWritten,
                 _ => Found::PartWritten,
             };
-            assert_eq!(found, expected, "{model} {cut}");
+            assert_eq!(found, expected, "{label} {cut}");
             match seen.iter_mut().find(|(name, _)| *name == found.name()) {
                 Some((_, times)) => *times += 1,
                 None => seen.push((found.name(), 1)),
@@ -248,14 +283,14 @@ fn a_command_that_is_killed_after_any_exchange_is_told_by_the_next_one_and_repai
             assert!(!intent.told(found, value).is_empty());
             // Restoring the new values, or the old ones of the backup, makes them count.
             let target = if cut % 2 == 0 { &wanted } else { &old };
-            noted(&mut bus, &page, program(model, target));
-            assert_eq!(page.pending(), Ok(None), "{model} {cut}");
+            noted(&mut bus, &page, program(label, target));
+            assert_eq!(page.pending(), Ok(None), "{label} {cut}");
             for (parameter, value) in target {
-                assert_eq!(programmed(&world)(*parameter), *value, "{model} {cut}");
-                assert_eq!(active(&world, *parameter), *value, "{model} {cut}");
+                assert_eq!(programmed(&world)(*parameter), *value, "{label} {cut}");
+                assert_eq!(active(&world, *parameter), *value, "{label} {cut}");
             }
         }
-        println!("{model}: killed after each of {whole} exchanges: {seen:?}");
+        println!("{label}: killed after each of {whole} exchanges: {seen:?}");
         assert_eq!(seen.len(), 3, "{seen:?}");
     }
 }
@@ -265,18 +300,18 @@ fn an_encoder_that_fails_in_the_middle_leaves_the_note_only_if_something_is_half
     let folder = tempfile::tempdir().unwrap();
     let place = EncoderPlace { bus: "here".to_owned(), position: 0 };
     let page = Page::new(Journal::in_folder(folder.path().to_owned()), place);
-    let model = MODELS[2];
+    let label = Label::usual(MODELS[2]);
     let mut chance = Chance(11);
-    let (old, wanted) = (any_set(model, &mut chance), any_set(model, &mut chance));
+    let (old, wanted) = (any_set(label, &mut chance), any_set(label, &mut chance));
     let mut failed = 0;
     for cell in 0..40 {
-        let (mut bus, world) = ring(model, 1);
-        noted(&mut bus, &page, program(model, &old));
+        let (mut bus, world) = ring(label, 1);
+        noted(&mut bus, &page, program(label, &old));
         world.with(|world| {
             world.change(0, &[Change::MemoryFault(encoring_sim::CellFault::Write, Some(cell * 16))]);
         });
         let mut master = master(&mut bus);
-        let prepared = program(model, &wanted).prepare(&mut master);
+        let prepared = program(label, &wanted).prepare(&mut master);
         page.begin(&prepared, "restore", "now".to_owned(), None, None).unwrap();
         let report = prepared.run_checked(&mut master);
         page.settle(&report, None).unwrap();
@@ -312,15 +347,16 @@ fn preset(bus: &mut Cut, model: Model, value: u32) {
 }
 
 /// Backup, a new unit, the values, the zero at one mark: how far the positions are from those of the old unit.
-fn replaced(model: Model, seed: u64, grid: i64) -> (ZeroRestored, Vec<i64>) {
+fn replaced(label: Label, seed: u64, grid: i64) -> (ZeroRestored, Vec<i64>) {
+    let Label { model, native } = label;
     let mut chance = Chance(seed);
-    let values = any_set(model, &mut chance);
-    let (mut old, old_world) = ring(model, 1);
-    let report = program(model, &values).run(&mut master(&mut old));
+    let values = any_set(label, &mut chance);
+    let (mut old, old_world) = ring(label, 1);
+    let report = program(label, &values).run(&mut master(&mut old));
     assert_eq!(report.result, Ok(()), "{seed}");
     let set = set_of(model, &values);
     let largest = u64::from(model.largest_position(set.measuring_length()));
-    let most = if matches!(model.usual_sensor(), Sensor::Linear { .. }) { 500_000 } else { 4096 * 4096 };
+    let most = label.places();
     stand(&mut old, &old_world, chance.below(most) as i64);
     preset(&mut old, model, chance.below(largest + 1) as u32);
     let places: Vec<i64> =
@@ -334,8 +370,8 @@ fn replaced(model: Model, seed: u64, grid: i64) -> (ZeroRestored, Vec<i64>) {
     let file = ParameterFile::parse("backup.toml", &file.text()).unwrap();
     let kept = file.at(Some(0)).unwrap();
     assert_eq!(kept.values, values, "{seed}");
-    let (mut new, new_world) = ring(model, 2);
-    assert_eq!(program(model, &kept.values).run(&mut master(&mut new)).result, Ok(()), "{seed}");
+    let (mut new, new_world) = ring(label, 2);
+    assert_eq!(program(label, &kept.values).run(&mut master(&mut new)).result, Ok(()), "{seed}");
     let mark = chance.below(grid as u64) as usize;
     stand(&mut new, &new_world, places[mark]);
     preset(&mut new, model, before[mark]);
@@ -346,26 +382,26 @@ fn replaced(model: Model, seed: u64, grid: i64) -> (ZeroRestored, Vec<i64>) {
         let off = (i64::from(*after) - i64::from(*before)).rem_euclid(period);
         if off > period / 2 { off - period } else { off }
     });
-    (ZeroRestored::of(model, &set, model.steps_per_turn().first().copied()), off.collect())
+    (ZeroRestored::of(model, &set, native), off.collect())
 }
 
 /// How so many random sets of each model fare, at so many angles each.
 fn round_trips(cases: u64, grid: i64) {
-    for model in MODELS {
+    for label in Label::all() {
         let (mut equal, mut lower, mut exact) = (0_u64, 0_u64, 0_u64);
         for seed in 0..cases {
-            let (restored, off) = replaced(model, seed, grid);
+            let (restored, off) = replaced(label, seed, grid);
             let all_equal = off.iter().all(|off| *off == 0);
             match restored {
-                ZeroRestored::Everywhere | ZeroRestored::OfARod => assert!(all_equal, "{model} seed {seed}"),
-                _ => assert!(off.iter().all(|off| (-1..=0).contains(off)), "{model} seed {seed}: {off:?}"),
+                ZeroRestored::Everywhere | ZeroRestored::OfARod => assert!(all_equal, "{label} seed {seed}"),
+                _ => assert!(off.iter().all(|off| (-1..=0).contains(off)), "{label} seed {seed}: {off:?}"),
             }
             exact += u64::from(all_equal);
             equal += off.iter().filter(|off| **off == 0).count() as u64;
             lower += off.iter().filter(|off| **off == -1).count() as u64;
         }
         println!(
-            "{model}: {cases} random sets, {grid} angles each: {equal} equal, {lower} one step lower; {exact} sets equal \
+            "{label}: {cases} random sets, {grid} angles each: {equal} equal, {lower} one step lower; {exact} sets equal \
              everywhere"
         );
         assert!(equal > 0);

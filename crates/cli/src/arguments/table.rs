@@ -1,11 +1,14 @@
 //! What a person says about a table that another program wrote.
 
+use std::io::Read;
+
 use clap::Args;
-use encoring_trace::{Columns, TableLayout};
+use encoring_trace::{Columns, Reader, TableLayout};
 use encoring_words::Duration;
 use encoring_words::number::Bare;
 
 use super::span;
+use crate::output::{Failure, bad_input, note};
 
 /// How to read a table of another program.
 #[derive(Args, Debug)]
@@ -27,11 +30,36 @@ pub(crate) struct TableArguments {
 }
 
 impl TableArguments {
-    pub(crate) fn layout(&self) -> TableLayout {
-        TableLayout {
+    /// What words without sign and base mark are.
+    pub(crate) const fn bare(&self) -> Bare {
+        if self.decimal { Bare::Decimal } else { Bare::Hexadecimal }
+    }
+
+    /// Reads a trace, a recording, a log or a table up to its header, and says what was assumed.
+    pub(crate) fn reader<R: Read>(&self, name: &str, source: R) -> Result<Reader<R>, Failure> {
+        let layout = TableLayout {
             columns: self.columns.clone(),
             period_ns: self.period.map(Duration::as_nanos),
-            bare: if self.decimal { Bare::Decimal } else { Bare::Hexadecimal },
+            bare: self.bare(),
+        };
+        let reader = Reader::with(name, source, &layout).map_err(|error| bad_input(error.to_string()))?;
+        if let Some(assumed) = reader.assumed() {
+            note(&format!("note: {name}: {assumed}"));
         }
+        Ok(reader)
+    }
+}
+
+/// Says, behind the last row, what may have been read wrongly or was left out.
+pub(crate) fn tell_doubts<R: Read>(reader: &Reader<R>, name: &str) {
+    if reader.may_be_decimal() {
+        note(&format!(
+            "note: no word of {name} has a letter, and all were read as hexadecimal; if they are decimal, give --decimal"
+        ));
+    }
+    if let Some(line) = reader.piece() {
+        note(&format!(
+            "note: {name} line {line} has no line end: the recording was cut off there, and this row is left out"
+        ));
     }
 }

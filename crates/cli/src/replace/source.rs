@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use encoring_files::open;
 use encoring_host::scaling::Ratio;
-use encoring_trace::{Input, Reader};
+use encoring_trace::Input;
 use encoring_words::model::SensorKind;
 use encoring_words::number::{Bare, word};
 use encoring_words::{InWord, Model, Parameter};
@@ -17,6 +17,7 @@ use encoring_workshop::{KeptEncoder, MachineMark, ParameterFile, Reference, Refe
 
 use super::dialog::Dialog;
 use super::{Arguments, missing};
+use crate::arguments::tell_doubts;
 use crate::output::{Answer, Failure, bad_input};
 
 /// The largest recording that is looked through.
@@ -43,7 +44,7 @@ impl Source {
         }
         if !arguments.words.is_empty() {
             let model = model(arguments, dialog)?;
-            return words(model, &arguments.words, arguments.decimal).map_err(bad_input);
+            return words(model, &arguments.words, arguments.table.bare()).map_err(bad_input);
         }
         if let Some(path) = &arguments.recording {
             return recording(arguments, model(arguments, dialog)?, path);
@@ -78,7 +79,7 @@ impl Source {
                     let model = model(arguments, dialog)?;
                     let list =
                         lines(dialog, "The words, one a line in any spelling; an empty line ends them:")?;
-                    words(model, &list, arguments.decimal).map_err(bad_input)
+                    words(model, &list, arguments.table.bare()).map_err(bad_input)
                 }
                 "3" => {
                     let model = model(arguments, dialog)?;
@@ -178,8 +179,7 @@ fn lines(dialog: &Dialog, what: &str) -> Result<Vec<String>, Failure> {
     }
 }
 
-fn words(model: Model, list: &[String], decimal: bool) -> Result<Source, String> {
-    let bare = if decimal { Bare::Decimal } else { Bare::Hexadecimal };
+fn words(model: Model, list: &[String], bare: Bare) -> Result<Source, String> {
     let read = list.iter().map(|text| {
         let read = word([text.as_str()], bare).map_err(|wrong| format!("{text:?}: {wrong}"))?;
         Ok((read.bits, format!("word {text}")))
@@ -207,9 +207,9 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
     let name = path.display().to_string();
     let at = arguments.how.encoder.at;
     let file = open(path, RECORDING_BYTES_MAX).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
-    let reader = Reader::new(name.clone(), file).map_err(bad_input)?;
-    let (mut several, mut failed) = (None, None);
-    let rows = reader.map_while(|row| match row {
+    let mut reader = arguments.table.reader(&name, file)?;
+    let (mut several, mut failed, mut seen) = (None, None, false);
+    let rows = reader.by_ref().map_while(|row| match row {
         Ok(row) => Some(row),
         Err(error) => {
             failed = Some(error);
@@ -226,6 +226,7 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
             Some(Input::Word(word)) => Some(InWord(word)),
             _ => None,
         };
+        seen |= word.is_some();
         (at.is_none() || here.is_none() || here == at).then(|| (word, format!("{name} line {}", row.line)))
     });
     let findings = WordFindings::recorded(model, rows);
@@ -235,7 +236,14 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
     if several.is_some() {
         return Err(bad_input(format!("{name} is of several encoders; --at POSITION tells which")));
     }
-    Ok(of_words("recording", model, &findings))
+    tell_doubts(&reader, &name);
+    let mut source = of_words("recording", model, &findings);
+    if !seen {
+        source.unknown.push(format!(
+            "what the encoder took: no row of {name} has an IN word. What the PLC wrote can be given as words: --word"
+        ));
+    }
+    Ok(source)
 }
 
 fn asked_positions(arguments: &Arguments, dialog: &Dialog, model: Model) -> Result<Source, Failure> {

@@ -246,7 +246,7 @@ impl fmt::Display for ReplaceView {
             write!(f, "\nzero at {mark}\n{preset}")?;
         }
         if let Some(comparison) = &self.comparison {
-            write!(f, "\ncompared: {}", wrapped(&comparison.to_string(), 2))?;
+            write!(f, "\n{}", wrapped(&format!("compared: {comparison}"), 2))?;
         }
         self.left.iter().try_for_each(|left| writeln!(f, "left undone: {left}"))?;
         if !self.zero.is_empty() {

@@ -247,6 +247,81 @@ fn a_broken_encoder_is_replaced_by_answers_through_a_pipe() {
 }
 
 #[test]
+fn the_guide_takes_the_words_of_a_plc_program_and_a_place_that_its_position_names() {
+    let bench = Bench::new();
+    // A wrong model and a wrong word are asked for again, from the first question on.
+    let wrong = "2\nce-64\nce-65-m\nC2\n\n";
+    let words = "2\nce-65-m\nW#16#C200 W#16#270F\nC300000A\n16#C9000001\n\n";
+    // Connected, yes, the machine stands where 4321 was, yes, no second place.
+    let Run { code, out, err } =
+        bench.answered("replace --at 2", &format!("{wrong}{words}\ny\n=4321\ny\n\n"));
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(err.contains("\"ce-64\": ") && err.contains("\"C2\": "), "{err}");
+    assert!(out.contains("done and verified: written, checked, read back"), "{out}{err}");
+    assert!(out.contains("position now:    4321"), "{out}");
+    assert!(out.contains("left undone: no second place was compared"), "{out}");
+    let read = bench.out("read all --at 2", 0);
+    assert!(read.contains("02 measuring_length 9999") && read.contains("03 numerator 10"), "{read}");
+}
+
+#[test]
+fn the_guide_takes_a_recording_and_so_do_foreign_tables_and_logs() {
+    let bench = Bench::new();
+    // A table of a spreadsheet: halves of words, `;`, a column that is none of ours.
+    let rows =
+        "Time [ms];in_high;in_low;Remark\n0;0000;0001;\n1;8200;270F;read\n2;0000;0001;\n3;8300;000A;read\n";
+    fs::write(bench.path().join("plc.csv"), rows).unwrap();
+    let by_header = bench.answered("replace --at 2", "3\nce-65-m\nplc.csv\n\ny\n=100\ny\n=100\n");
+    let Run { code, out, err } = by_header;
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(err.contains("note: plc.csv: `;` separates the cells"), "{err}");
+    assert!(with_long_lines(&out).contains("known measuring_length = 9999: plc.csv line 3"), "{out}");
+    assert!(out.contains("compared: mark \"position 100\": 100, now 100: equal"), "{out}");
+    // By names that only a person can tell, and in decimal.
+    let rows = "Zeit,ID 256\n0,1\n1,2181048079\n2,1\n3,2197815306\n";
+    fs::write(bench.path().join("decimal.csv"), rows).unwrap();
+    let options = "--model ce-65-m --yes --recording decimal.csv --columns 'time_ms=Zeit,in=ID 256'";
+    let told = bench.out(&format!("replace {options} --decimal --at 2 --dry-run"), 0);
+    assert!(told.contains("measuring_length = 9999: decimal.csv line 3"), "{told}");
+    assert!(bench.out(&format!("replace {options} --at 2 --dry-run"), 2).contains("decimal.csv line 2"));
+    let log = "# encoring-log 2\ntime,position,out,in,verdict\n";
+    let row = |second: u32, input: &str| format!("2026-11-27T10:00:0{second}.000Z,2,,{input},valid\n");
+    let log = format!("{log}{}{}", row(1, "0x8200270F"), row(2, "0x8300000A"));
+    fs::write(bench.path().join("log.csv"), log).unwrap();
+    let told = bench.out("replace --model ce-65-m --yes --recording log.csv --at 2 --dry-run", 0);
+    assert!(told.contains("numerator = 10: log.csv line 4"), "{told}");
+    // Who only noted what was written has not seen what was taken.
+    fs::write(bench.path().join("out.csv"), "time_ms,out\n0,C200270F\n1,4200270F\n").unwrap();
+    let none = bench.alone("replace --model ce-65-m --yes --recording out.csv");
+    assert_eq!(none.code, Some(3), "{}", none.err);
+    assert!(with_long_lines(&none.out).contains("no row of out.csv has an IN word"), "{}", none.out);
+}
+
+#[test]
+fn the_guide_takes_known_positions_in_millimetres_and_in_degrees() {
+    let bench = Bench::new();
+    let mm = "4\nce-100-m\n0=0 mm\n5000=25 mm\n9000=45 mm\n\n5\n";
+    // Connected, yes, the second place, yes, the second place again to compare.
+    let Run { code, out, err } =
+        bench.answered("replace --at 1 --within '0.01 mm'", &format!("{mm}\ny\n2\ny\n2\n"));
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(err.contains("How far does the machine move in one turn of the encoder's shaft"), "{err}");
+    assert!(out.contains("position now:    5000"), "{out}");
+    let equal = "25.00 mm): 5000, now 5000: equal: the old unit showed the same here";
+    assert!(with_long_lines(&out).contains(equal), "{out}");
+    let degrees = "4\nce-100-m\n0=0 deg\n250=90 deg\n750=270 deg\n\n";
+    let Run { code, out, err } = bench.answered("replace --at 1 --no-wrap", &format!("{degrees}\ny\n\n"));
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(!err.contains("in one turn of the encoder's shaft, in mm"), "{err}");
+    assert!(out.contains("left undone: the zero was not made"), "{out}");
+    let rod = "4\nla-66\n1000=10 mm\n20000=200 mm\n45000=450 mm\n\n500\n";
+    let Run { code, out, err } = bench.answered("replace --at 0", &format!("{rod}\ny\n1\ny\n\n"));
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(err.contains("Length of the rod on the type label"), "{err}");
+    assert!(out.contains("position now:    1000"), "{out}");
+}
+
+#[test]
 fn what_the_old_unit_held_is_told_without_any_encoder() {
     let bench = Bench::new();
     let out = |command: &str, code: i32| {
