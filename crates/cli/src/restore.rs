@@ -51,6 +51,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let file = ParameterFile::read(&arguments.file).map_err(bad_input)?;
     let kept =
         file.at(arguments.how.encoder.at).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
+    if let Some((parameter, _)) = kept.parts.first() {
+        let told = format!(
+            "{name}: {} names some of its parts alone, and a restore takes whole values; `encoring program --file {name}` \
+             takes parts",
+            parameter.key()
+        );
+        return Err(bad_input(told));
+    }
     if kept.values.is_empty() {
         return Err(bad_input(format!("{name}: no value in [parameters], so nothing to restore")));
     }

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Where words and values come in: no second reader of them stands there.
-const READERS: [&str; 2] = ["cli", "workshop"];
+const READERS: [&str; 3] = ["cli", "trace", "workshop"];
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../..")

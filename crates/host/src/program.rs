@@ -14,10 +14,13 @@
 //! If a step fails, the old values are written back and checked in the same way. The report says in any case what
 //! every parameter holds now, or that it is not known.
 
+use core::fmt;
+
 use encoring_words::change::ParameterChange;
 use encoring_words::model::{Effect, Sensor, SensorKind};
+use encoring_words::number::{Base, TypedValue};
 use encoring_words::parameter::{Code, CountingDirection, PARAMETERS, ParameterSet};
-use encoring_words::word::In;
+use encoring_words::word::{DATA_MAX, In};
 use encoring_words::{ErrorStatus, InWord, Model, Parameter};
 
 use crate::preset::position;
@@ -64,6 +67,26 @@ pub struct ParameterRow {
     pub wanted: Option<u32>,
     /// What it holds now; `None` if that is not known.
     pub now: Option<u32>,
+    /// The base in which it was typed.
+    pub base: Base,
+}
+
+/// A number above the measuring length that stands beside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AboveLength {
+    /// Which.
+    pub parameter: Parameter,
+    /// The number, in the base in which it was typed.
+    pub value: TypedValue,
+    /// The measuring length.
+    pub length: u32,
+}
+
+impl fmt::Display for AboveLength {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { parameter, value, length } = *self;
+        write!(f, "{} {value} is above the measuring length {}", parameter.key(), value.like(length))
+    }
 }
 
 /// What became of the old values after a failure.
@@ -126,6 +149,26 @@ impl ParameterRow {
     #[must_use]
     pub fn changes(&self) -> bool {
         self.wanted.is_some() && self.wanted != self.before
+    }
+
+    fn asked(&self) -> Option<u32> {
+        self.wanted.or(self.before)
+    }
+
+    /// What a data check finds above the measuring length [R70, R90] when these rows are as they shall be.
+    pub fn above_length<'a>(
+        rows: impl Iterator<Item = &'a Self> + Clone,
+        model: Model,
+    ) -> impl Iterator<Item = AboveLength> {
+        let length = rows.clone().find(|row| row.parameter == Parameter::MeasuringLength);
+        let length = length.and_then(Self::asked).unwrap_or(DATA_MAX);
+        rows.filter_map(move |row| {
+            let number = row.asked()?;
+            let takes = model.lists(row.parameter.service())?.takes;
+            let refused = takes.invalid_beside(number, length) != takes.invalid(number);
+            let value = TypedValue { number, base: row.base };
+            refused.then_some(AboveLength { parameter: row.parameter, value, length })
+        })
     }
 }
 
@@ -237,6 +280,7 @@ impl<E> Prepared<E> {
                 before: None,
                 wanted: program.wanted(parameter, None),
                 now: None,
+                base: program.change(parameter).map_or(Base::Decimal, |change| change.of(0).base),
             })
         });
         let earlier = ErrorStatus::empty();
@@ -443,7 +487,7 @@ impl<E> Prepared<E> {
     fn look<S: Services<Error = E>>(&self, services: &mut S) -> Result<(), Stopped<E>> {
         let shown = services.look().map_err(Failure::Bus)?;
         let now = |parameter| self.rows.iter().flatten().find(|row| row.parameter == parameter)?.now;
-        let length = now(Parameter::MeasuringLength).unwrap_or(encoring_words::word::DATA_MAX);
+        let length = now(Parameter::MeasuringLength).unwrap_or(DATA_MAX);
         let model = self.program.model;
         let code = match now(Parameter::CountingDirection) {
             Some(value) if model.position_may_be_gray() => CountingDirection::from_data(value).code,

@@ -8,6 +8,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use encoring_ring::Ident;
+use encoring_words::number::{self, Bare};
 use serde::de::{self, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
@@ -219,15 +220,19 @@ impl FromStr for Fault {
                 *ns = value.and_then(digits).filter(|ns| (1..=LATE_NS_MAX).contains(ns)).ok_or_else(wrong)?;
             }
             (Value::Ident(ident), value) => {
-                let word =
-                    value.filter(|word| word.len() == 4 && word.bytes().all(|c| c.is_ascii_hexdigit()));
-                let word = word.and_then(|word| u16::from_str_radix(word, 16).ok());
-                let wrong = || "ident takes an identification word of 4 hex digits, as ident=0303".to_owned();
-                ident.0 = word.ok_or_else(wrong)?;
+                let value = value
+                    .ok_or("ident takes an identification word of 16 bits, as ident=0303 or ident=0x0303")?;
+                *ident = identification(value)?;
             }
         }
         Ok(fault)
     }
+}
+
+/// An identification word as people write the half of a word.
+pub(crate) fn identification(text: &str) -> Result<Ident, String> {
+    let read = number::half(text, Bare::Hexadecimal).map_err(|refused| format!("ident: {refused}"))?;
+    Ok(Ident(read.bits as u16))
 }
 
 /// A whole number of nothing but digits.

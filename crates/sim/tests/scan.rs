@@ -34,6 +34,7 @@ fn the_ring_ends_where_its_fault_is() {
         (line(0.0, 1, "silent", 1e6), 1, FaultPlace::Break(1), 0x0180),
         (line(0.0, 3, "silent", 1e6), 0, FaultPlace::Nowhere, NOTHING_FOUND),
         (set(0.0, 2, "ident = 771"), 2, FaultPlace::Device(2), 0x0300),
+        (set(0.0, 2, "ident = \"303h\""), 2, FaultPlace::Device(2), 0x0300),
     ] {
         let found = scanned(&events);
         assert_eq!(found.found.len(), devices, "{events}");

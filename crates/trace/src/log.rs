@@ -388,4 +388,5 @@ impl State {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods, reason = "tests")]
 mod tests;

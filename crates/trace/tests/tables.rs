@@ -1,6 +1,6 @@
 //! One trace as many programs write it, read alike; and what is refused, with what to type.
 
-#![allow(clippy::unwrap_used, reason = "tests")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "tests")]
 
 use encoring_trace::{Error, Input, Reader, Row, TableLayout};
 use encoring_words::number::Bare;

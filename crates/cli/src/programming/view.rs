@@ -115,7 +115,7 @@ impl ProgramView {
         view.before = shown(prepared.shown(), code(&rows, |row| row.before, target.model));
         view.backup = backup;
         match prepared.stopped() {
-            Some(stopped) => view.stopped(stopped, target, None),
+            Some(stopped) => view.stopped(stopped, target, &rows, None),
             None if prepared.is_programmed() => view.text.push("everything is programmed already".to_owned()),
             None => {}
         }
@@ -138,7 +138,7 @@ impl ProgramView {
         view.after = shown(report.shown_after, code(&rows, |row| row.now, model));
         view.backup = backup;
         if let Err(stopped) = &report.result {
-            view.stopped(stopped, target, behind);
+            view.stopped(stopped, target, &rows, behind);
         }
         view.checked = report.checked;
         let (result, text) = ended(report, model);
@@ -191,7 +191,13 @@ impl ProgramView {
         }
     }
 
-    fn stopped(&mut self, stopped: &Stopped<MasterError>, target: Target, behind: Option<&BusError>) {
+    fn stopped(
+        &mut self,
+        stopped: &Stopped<MasterError>,
+        target: Target,
+        rows: &[&ParameterRow],
+        behind: Option<&BusError>,
+    ) {
         self.answer = Answer::No;
         match *stopped {
             Stopped::Service(ref failed) => {
@@ -202,10 +208,12 @@ impl ProgramView {
             Stopped::WouldBeRefused(status) => {
                 self.status = Some(StatusView::of(Check { status, remains: true }, target.model));
                 self.text.push("the data check would refuse these values together:".to_owned());
+                self.limits(rows, target.model);
             }
             Stopped::NotAccepted(check) => {
                 self.status = Some(StatusView::of(check, target.model));
                 self.text.push("the data check refused these values:".to_owned());
+                self.limits(rows, target.model);
             }
             Stopped::NotStored { parameter, wanted, read } => self.text.push(format!(
                 "{} was acknowledged as {wanted} and reads back as {read}",
@@ -235,6 +243,12 @@ impl ProgramView {
                 "the values are accepted, but IN shows {word:08X}: no position from 0 to {length} without an error"
             )),
         }
+    }
+
+    /// Which limit it was, with its number.
+    fn limits(&mut self, rows: &[&ParameterRow], model: Model) {
+        let above = ParameterRow::above_length(rows.iter().copied(), model);
+        self.text.extend(above.map(|above| above.to_string()));
     }
 
     pub(crate) const fn answer(&self) -> Answer {

@@ -394,3 +394,40 @@ fn what_could_not_be_read_is_in_the_backup_by_name_and_is_no_success() {
     bench.out("backup all.toml", 3);
     assert_eq!(bench.file("all.toml").matches("[[encoder]]").count(), 3);
 }
+
+#[test]
+fn a_limit_is_told_with_what_it_comes_from_in_the_base_that_was_typed() {
+    let bench = Bench::new();
+    bench.out("write 02 3499 --at 1 --yes", 0);
+    for (typed, told) in [
+        ("write preset-value-1 4000 --at 1 --yes", "preset_value_1 4000 is above the measuring length 3499"),
+        (
+            "write preset-value-2 0FA0h --at 1 --dry-run",
+            "preset_value_2 FA0h is above the measuring length DABh",
+        ),
+    ] {
+        let out = bench.out(typed, 1);
+        assert!(out.lines().any(|line| line == told), "{out}");
+        assert!(out.contains("remedy: program preset"), "{out}");
+    }
+    bench.out("write 04 3000 --at 1 --yes", 0);
+    // What stays is above a limit that becomes lower.
+    let out = bench.out("write 02 2000 --at 1 --yes", 1);
+    assert!(out.contains("preset_value_1 3000 is above the measuring length 2000"), "{out}");
+    let out = bench.out("preset FA0h --at 1 --yes", 2);
+    assert!(out.contains("error: preset adjustment: FA0h is above the measuring length DABh\n"), "{out}");
+}
+
+#[test]
+fn a_restore_takes_no_parts_and_says_so() {
+    let bench = Bench::new();
+    let file =
+        "version = 1\nmodel = \"ce-65-m\"\n[parameters]\nnumerator = 8192\nssi_values = { bits = 25 }\n";
+    fs::write(bench.path().join("part.toml"), file).unwrap();
+    let told = "error: part.toml: ssi_values names some of its parts alone, and a restore takes whole values; \
+                `encoring program --file part.toml` takes parts\n";
+    let refused = bench.out("restore part.toml --at 2 --yes", 2);
+    assert!(refused.contains(told), "{refused}");
+    let read = bench.out("program --file part.toml --at 2 --yes", 0);
+    assert!(read.contains("25 bits, binary"), "{read}");
+}

@@ -15,6 +15,9 @@ fn what_is_written_reads_as_the_same_fault() {
         }
     }
     assert_eq!("flips=20".parse(), Ok(Fault::Flips(20)));
+    for text in ["ident=0303", "ident=0x303", "ident=303h", "ident=W#16#0303"] {
+        assert_eq!(text.parse(), Ok(Fault::Ident(Ident(0x0303))), "{text}");
+    }
     assert_eq!("ident=03aB".parse(), Ok(Fault::Ident(Ident(0x03AB))));
     assert_eq!(Fault::Ident(Ident(0x33)).to_string(), "ident=0033");
 }
@@ -33,5 +36,9 @@ fn what_is_no_kind_is_told_with_what_is_allowed() {
     assert_eq!(refused("flips=+1"), chance("value \"+1\"", "flips"));
     assert_eq!(refused("lost=1000001"), chance("value \"1000001\"", "lost"));
     assert_eq!(refused("lost"), chance("no value", "lost"));
-    assert_eq!(refused("ident=33"), "ident takes an identification word of 4 hex digits, as ident=0303");
+    assert_eq!(
+        refused("ident"),
+        "ident takes an identification word of 16 bits, as ident=0303 or ident=0x0303"
+    );
+    assert!(refused("ident=33").starts_with("ident: 33: "), "{}", refused("ident=33"));
 }

@@ -1,12 +1,13 @@
-//! The reader on an SSI, as a scenario file and the control port write it.
+//! The reader on an SSI and an identification word, as a scenario file and the control port write them.
 
 use encoring_files::toml_text::Wrong;
 use encoring_host::ssi_receiver::TakenAt;
+use encoring_ring::Ident;
 use encoring_words::{Duration, Model};
 use serde::{Deserialize, Deserializer};
 
 use super::{Change, SECONDS_MAX};
-use crate::fault::{Fault, SsiTrouble};
+use crate::fault::{Fault, SsiTrouble, identification};
 use crate::ssi::SsiSettings;
 
 /// A reader: `{ khz = 500, clocks = 25, every_ms = 10 }`.
@@ -65,6 +66,35 @@ impl<'de> Deserialize<'de> for SsiFaultText {
             ))
         };
         fault.on_ssi().map(|trouble| Self(Some(trouble))).ok_or_else(wrong)
+    }
+}
+
+/// An identification word, as a number or as text: `"0303"`, `"0x0303"`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(try_from = "NumberOrText")]
+pub struct IdentText(Ident);
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "an identification word: a number from 0 to 65535, or text as \"0303\"")]
+enum NumberOrText {
+    Number(u16),
+    Text(String),
+}
+
+impl TryFrom<NumberOrText> for IdentText {
+    type Error = String;
+
+    fn try_from(written: NumberOrText) -> Result<Self, String> {
+        match written {
+            NumberOrText::Number(number) => Ok(Self(Ident(number))),
+            NumberOrText::Text(text) => identification(&text).map(Self),
+        }
+    }
+}
+
+impl From<IdentText> for Ident {
+    fn from(IdentText(ident): IdentText) -> Self {
+        ident
     }
 }
 

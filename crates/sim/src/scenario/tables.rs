@@ -10,13 +10,13 @@ use encoring_encoder::{Magnet, ServiceTimes, Unit, ZeroLoss};
 use encoring_files::toml_text::Wrong;
 use encoring_ring::profile::{BIT_2M, BIT_500K};
 use encoring_ring::slave::Jumper;
-use encoring_ring::{CycleTime, ENCODERS_MAX, Ident};
+use encoring_ring::{CycleTime, ENCODERS_MAX};
 use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, Sensor, SensorKind};
 use encoring_words::{Duration, Instant, Model, Week};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use super::reader::{SsiChange, SsiFaultText, SsiTable};
+use super::reader::{IdentText, SsiChange, SsiFaultText, SsiTable};
 use super::{
     Change, Chip, Device, Event, Happening, MotionFiles, NO_LEVEL, NewMotion, Occurrence, PER_S_MAX,
     SECONDS_MAX, VOLTS_MAX,
@@ -196,8 +196,8 @@ pub struct SetTable {
     pub chip_held: Option<bool>,
     /// The jumper for the next device: `true` there, `false` missing.
     pub jumper: Option<bool>,
-    /// Another identification word, as a number.
-    pub ident: Option<u16>,
+    /// Another identification word.
+    pub ident: Option<IdentText>,
     /// Another reader on the SSI, or `off`.
     pub ssi: Option<SsiChange>,
     /// A fault of the line from the SSI, or `none`.
@@ -491,7 +491,7 @@ impl SetTable {
             changes.push(Change::Jumper(if closed { Jumper::Closed } else { Jumper::Open }));
         }
         if let Some(ident) = self.ident {
-            changes.push(Change::Ident(Ident(ident)));
+            changes.push(Change::Ident(ident.into()));
         }
         if let Some(ssi) = &self.ssi {
             changes.push(ssi.read(unit.model()).map_err(|wrong| wrong.inside("ssi"))?);

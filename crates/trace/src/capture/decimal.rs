@@ -1,6 +1,7 @@
 //! Numbers of captures, exactly.
 
 /// A decimal number with so many decimal places as a whole number, rounded towards zero: `1.5e-5` with 9 places is 15000.
+#[expect(clippy::disallowed_methods, reason = "the exponent of a decimal number")]
 pub(super) fn scaled(text: &str, places: i32) -> Option<i64> {
     let (mantissa, exponent) = match text.find(['e', 'E']) {
         Some(at) => (text.get(..at)?, text.get(at + 1..)?.parse::<i32>().ok()?),

@@ -53,6 +53,7 @@ pub(super) fn head<R: Read + Seek>(source: R) -> Result<(Head, Vec<String>), Wro
 }
 
 /// The keys of `[device 1]`.
+#[expect(clippy::disallowed_methods, reason = "sigrok's metadata has counts in decimal digits")]
 fn parse(text: &str) -> Result<(Head, Vec<String>), Wrong> {
     let wrong = |problem: String| in_part("metadata", problem);
     let device = text.split_once("[device 1]").map(|(_, rest)| rest);

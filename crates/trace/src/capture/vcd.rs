@@ -253,6 +253,7 @@ enum Body<'a> {
     Block,
 }
 
+#[expect(clippy::disallowed_methods, reason = "the time stamps of a VCD are 64 bits of decimal digits")]
 fn body(token: &[u8]) -> Option<Body<'_>> {
     match token {
         [b'#', digits @ ..] => {
