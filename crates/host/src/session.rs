@@ -319,6 +319,12 @@ impl Session {
         matches!(self.phase, SessionPhase::Resting)
     }
 
+    /// What OUT shall be until the next poll.
+    #[must_use]
+    pub const fn out(&self) -> OutWord {
+        self.out
+    }
+
     /// The phase of the handshake.
     #[must_use]
     pub const fn phase(&self) -> SessionPhase {
