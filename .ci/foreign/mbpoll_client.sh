@@ -35,9 +35,10 @@ out 0xC300 0x000A
 expect "numerator" '^C300000A$'
 out 0x0000 0x0000
 expect "end of the service" '^00'
+out 0x0800 0x0000
 out 0x8800 0x0000
 expect "data check" '^88000000$'
-out 0x0000 0x0000
+out 0x0800 0x0000
 expect "position within 0..9999" '^0000[0-2][0-9A-F]{3}$'
 diagnosis=$(mbpoll -m tcp -p "$port" -a 1 -t 4:hex -r 901 -c 6 -1 -q 127.0.0.1 | sed -n 's/^\[[0-9]*\]:[[:space:]]*0x//p' | tr '\n' ' ')
 [ "$diagnosis" = "00E0 0000 0000 0000 0000 0000 " ] || { echo "diagnosis: got $diagnosis" >&2; exit 1; }

@@ -17,7 +17,7 @@ pub(crate) fn confirmed(consent: Consent, what: &str) -> Result<(), Failure> {
     }
     if !can_be_asked() {
         return Err(bad_input(format!(
-            "{what}\nthis asks first, and there is no terminal to ask on: give --yes"
+            "{what}\nneeds confirmation, and standard input is no terminal; pass --yes"
         )));
     }
     asked(what)

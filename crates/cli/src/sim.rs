@@ -124,7 +124,7 @@ pub(crate) struct Arguments {
     /// always has them.
     #[arg(long, requires = "record")]
     words: bool,
-    /// Tells the counters each time so much has passed on the ring, as fast as it can be told: 10, 1m.
+    /// Print counters every TIME of ring time, such as 10 or 1m.
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
     /// Prints the scenario of the built-in ring and ends.

@@ -9,7 +9,7 @@ use crate::output::{Failure, bad_input};
 /// Faults beside those of the scenario.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct Faults {
-    /// On a simulated ring, a fault beside what the scenario has; may be repeated. `encoring sim --help` has the kinds
+    /// Add a fault to a simulated ring (repeatable; `encoring sim --help` has the kinds)
     #[arg(long = "fault", value_name = "FAULT")]
     pub(crate) faults: Vec<Occurrence>,
 }

@@ -247,7 +247,7 @@ fn nothing_is_changed_without_a_question_or_against_read_only() {
     for command in ["write numerator 5000", "preset 5", "check"] {
         let asked = run(&format!("{command} --bus sim --at 1"));
         assert_eq!((asked.code, asked.out.as_str()), (Some(2), ""), "{command}");
-        assert!(asked.err.contains("there is no terminal to ask on: give --yes"), "{}", asked.err);
+        assert!(asked.err.contains("standard input is no terminal; pass --yes"), "{}", asked.err);
         let name = command.split(' ').next().unwrap();
         let message = format!("error: {name} changes the encoder, and --read-only is given");
         let arguments = format!("{command} --bus sim --at 1 --yes --read-only");

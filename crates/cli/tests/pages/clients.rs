@@ -16,6 +16,7 @@ pub(crate) fn mbpoll(command: &str, address: impl Fn(&str) -> String) -> Vec<Str
     let first: u16 = option("-r").expect("-r").parse().unwrap();
     let values: Vec<u16> =
         words[host + 1..].iter().map(|word| u16::from_str_radix(&word[2..], 16).unwrap()).collect();
+    std::thread::sleep(PAUSE);
     let mut stream = TcpStream::connect(address(option("-p").expect("-p"))).unwrap();
     let (from, count) = ((first - 1).to_be_bytes(), option("-c").unwrap_or("1").parse::<u16>().unwrap());
     if !values.is_empty() {
@@ -25,7 +26,6 @@ pub(crate) fn mbpoll(command: &str, address: impl Fn(&str) -> String) -> Vec<Str
         assert_eq!(asked(&mut stream, &request)[0], 16, "{command}");
         return Vec::new();
     }
-    std::thread::sleep(PAUSE);
     let function = if option("-t").expect("-t").starts_with('3') { 4 } else { 3 };
     let [high, low] = count.to_be_bytes();
     let answer = asked(&mut stream, &[function, from[0], from[1], high, low]);

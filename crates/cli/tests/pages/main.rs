@@ -71,3 +71,32 @@ fn every_printed_output_is_what_the_command_says() {
     assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
     assert!(run >= 60, "only {run} commands were run");
 }
+
+/// The commands in the second column of the table of jobs.
+fn jobs(readme: &str) -> Vec<String> {
+    let rows = readme.lines().skip_while(|line| *line != "## Which job is yours").skip(1);
+    let rows = rows.take_while(|line| !line.starts_with("## ")).filter(|line| line.starts_with("| "));
+    let spans = rows
+        .filter_map(|row| row.splitn(3, " | ").nth(1))
+        .flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    spans.filter(|span| span.starts_with("encoring ")).map(str::to_owned).collect()
+}
+
+#[test]
+fn every_job_of_the_readme_works_in_the_order_of_the_table() {
+    let jobs = jobs(&std::fs::read_to_string(Path::new(ROOT).join("README.md")).unwrap());
+    let mut reader = Reader::new();
+    reader.types("encoring sim");
+    for job in &jobs {
+        // It asks at a terminal, step by step.
+        if job.starts_with("encoring replace --bus") {
+            continue;
+        }
+        // As short as it may be.
+        let (_, found) = reader.types(&job.replace("--for 10m", "--for 1s"));
+        let wrong =
+            found.iter().any(|line| line.starts_with("error: ") || line.contains("command not found"));
+        assert!(!wrong, "{job}\n{}", found.join("\n"));
+    }
+    assert!(jobs.len() >= 25, "{} jobs", jobs.len());
+}
