@@ -1,6 +1,7 @@
 //! The ring that a command works on: simulated in this process, or real behind a Modbus gateway.
 
 use std::fmt::Display;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -63,12 +64,18 @@ pub(crate) enum Deed {
 
 /// The scenario of a simulated ring; `None` if the address is that of another ring.
 pub(crate) fn simulated_ring(address: &str) -> Result<Option<Scenario>, Failure> {
-    let scenario = match address.split_once(':') {
-        None if address == "sim" => Scenario::built_in(),
-        Some(("sim", file)) => Scenario::read(file.as_ref()),
-        _ => return Ok(None),
-    };
-    scenario.map(Some).map_err(bad_input)
+    match address.split_once(':') {
+        None if address == "sim" => scenario(None).map(Some),
+        Some(("sim", file)) => scenario(Some(file.as_ref())).map(Some),
+        _ => Ok(None),
+    }
+}
+
+/// The scenario of a file, or else the built-in one. What was assumed of its motions is told.
+pub(crate) fn scenario(file: Option<&Path>) -> Result<Scenario, Failure> {
+    let scenario = file.map_or_else(Scenario::built_in, Scenario::read).map_err(bad_input)?;
+    scenario.notes.iter().for_each(|assumed| note(&format!("note: {assumed}")));
+    Ok(scenario)
 }
 
 /// The address of a gateway.

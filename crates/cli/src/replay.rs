@@ -205,6 +205,8 @@ struct Player<'a> {
     /// `--at` was given: rows of other positions are for other encoders.
     chosen: bool,
     file: &'a str,
+    /// What was assumed of a table of another program.
+    assumed: Option<String>,
     format: Format,
     progress: &'a ProgressBar,
     lines: io::Stdout,
@@ -251,6 +253,7 @@ impl<'a> Player<'a> {
             position: arguments.at,
             chosen: arguments.at.is_some(),
             file,
+            assumed: reader.assumed().map(str::to_owned),
             format: arguments.output.format,
             progress,
             lines: io::stdout(),
@@ -329,7 +332,9 @@ impl<'a> Player<'a> {
             Format::Text => self.say(&format!("{rows} rows, {differences} differences"))?,
             Format::Json => {
                 let first = self.first.iter().map(DifferenceView::new).collect();
-                self.say(&serde_json::to_string(&Summary { rows, compared, differences, first })?)?;
+                let assumed = self.assumed.as_deref();
+                let summary = Summary { rows, compared, differences, assumed, first };
+                self.say(&serde_json::to_string(&summary)?)?;
             }
         }
         Ok(match self.judged {
@@ -363,10 +368,11 @@ fn device_at<'a>(at: Option<u8>, devices: &'a [DeviceLine], file: &str) -> Resul
 }
 
 #[derive(Serialize)]
-struct Summary {
+struct Summary<'a> {
     rows: u64,
     compared: u64,
     differences: u64,
+    assumed: Option<&'a str>,
     first: Vec<DifferenceView>,
 }
 

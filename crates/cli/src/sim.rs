@@ -25,6 +25,7 @@ use tokio::sync::{Notify, watch};
 use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace, State};
+use crate::bus;
 use crate::memories::can_be_written;
 use crate::output::printer::{Closing, READER_PATIENCE};
 use crate::output::progress::{Progress, RING_TIME};
@@ -168,11 +169,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         io::stdout().lock().write_all(BUILT_IN.as_bytes())?;
         return Ok(Answer::Yes);
     }
-    let scenario = match &arguments.scenario {
-        Some(path) => Scenario::read(path),
-        None => Scenario::built_in(),
-    };
-    let mut scenario = scenario.map_err(bad_input)?;
+    let mut scenario = bus::scenario(arguments.scenario.as_deref())?;
     for reader in &arguments.readers {
         scenario.hang_reader(*reader).map_err(|problem| bad_input(format!("--ssi {reader}: {problem}")))?;
     }

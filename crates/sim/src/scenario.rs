@@ -68,6 +68,8 @@ pub struct Scenario {
     pub events: Vec<Event>,
     /// How the gateway before the ring misbehaves. What the texts mean the gateway knows.
     pub gateway_faults: Vec<GatewayFaultText>,
+    /// What was assumed of the files of recorded motions, a line each. Whoever starts the ring should be told.
+    pub notes: Vec<String>,
 }
 
 /// A fault of the gateway before a ring, as a scenario's `[[gateway_fault]]` has it.
@@ -273,7 +275,8 @@ impl Scenario {
             fault: fault.get_ref().clone(),
         });
         let gateway_faults = gateway_faults.collect();
-        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events, gateway_faults })
+        let notes = files.into_notes();
+        Ok(Self { seed: table.seed, cycle_time, faulty_per_million, devices, events, gateway_faults, notes })
     }
 }
 

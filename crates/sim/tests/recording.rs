@@ -125,6 +125,7 @@ fn any_scenario(seed: u64, lasting_ms: u64) -> Scenario {
     events.sort_by_key(|event| event.at);
     Scenario {
         gateway_faults: Vec::new(),
+        notes: Vec::new(),
         seed,
         cycle_time: CycleTime {
             bit: one_of(&mut chance, &[BIT_500K, BIT_2M]),

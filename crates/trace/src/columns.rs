@@ -327,36 +327,13 @@ fn millivolts(cell: &[u8]) -> Option<u32> {
 /// A word: at once in the two forms in which we write it, and else in any that there is.
 fn word(cell: &[u8], style: Style) -> Option<u32> {
     let ours = match cell.strip_prefix(b"0x") {
+        Some(digits) => digits.try_into().ok(),
         None if style.bare == Bare::Decimal => None,
-        marked => digits_of_word(marked.unwrap_or(cell)),
+        None => cell.try_into().ok(),
     };
-    ours.or_else(|| Some(number::word([str::from_utf8(cell).ok()?], style.bare).ok()?.bits))
+    ours.and_then(number::eight_digits)
+        .or_else(|| Some(number::word([str::from_utf8(cell).ok()?], style.bare).ok()?.bits))
 }
-
-fn digits_of_word(digits: &[u8]) -> Option<u32> {
-    let digits: &[u8; 8] = digits.try_into().ok()?;
-    // Whether all are digits is asked once, since most are.
-    let (word, all) = digits.iter().fold((0, 0), |(word, all), &digit| {
-        let value = DIGITS.get(usize::from(digit)).copied().unwrap_or(NO_DIGIT);
-        (word << 4 | u32::from(value & 0xF), all | value)
-    });
-    (all < NO_DIGIT).then_some(word)
-}
-
-const NO_DIGIT: u8 = 0x10;
-/// The value of each hexadecimal digit.
-#[expect(clippy::indexing_slicing, reason = "the compiler computes it")]
-const DIGITS: [u8; 256] = {
-    let mut values = [NO_DIGIT; 256];
-    let mut digit = 0;
-    while digit < 16_u8 {
-        let (upper, lower) = (b"0123456789ABCDEF", b"0123456789abcdef");
-        values[upper[digit as usize] as usize] = digit;
-        values[lower[digit as usize] as usize] = digit;
-        digit += 1;
-    }
-    values
-};
 
 fn register(cell: &[u8]) -> Option<u16> {
     u16::try_from(number::value(str::from_utf8(cell).ok()?).ok()?.number).ok()
@@ -396,15 +373,14 @@ fn natural(cell: &[u8]) -> Option<u64> {
 
 /// The number at the start of a cell, of one digit or more, and what follows it.
 fn digits(cell: &[u8]) -> Option<(u64, &[u8])> {
-    let (&first, mut rest) = cell.split_first()?;
-    let mut number = digit(first)?;
-    while let Some((&byte, after)) = rest.split_first()
-        && let Some(digit) = digit(byte)
-    {
-        number = number.checked_mul(10)?.checked_add(digit)?;
-        rest = after;
+    let (mut number, mut count) = (0_u64, 0);
+    for &byte in cell {
+        let Some(digit) = digit(byte) else { break };
+        // So few cannot overflow.
+        number = if count < 19 { number * 10 + digit } else { number.checked_mul(10)?.checked_add(digit)? };
+        count += 1;
     }
-    Some((number, rest))
+    cell.get(count..).filter(|_| count > 0).map(|rest| (number, rest))
 }
 
 fn digit(byte: u8) -> Option<u64> {

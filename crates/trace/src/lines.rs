@@ -1,6 +1,6 @@
 //! The lines of a file, one at a time in bounded memory.
 
-use std::io::{BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader, Read};
 
 use crate::error::{Error, Problem};
 
@@ -27,8 +27,8 @@ impl<R: Read> Lines<R> {
         self.line.clear();
         // Room for both bytes of a line end: a line that fills it is over the limit even without them.
         let room = limit + 2;
-        let read = self.source.by_ref().take(room as u64).read_until(b'\n', &mut self.line);
-        if read.map_err(|error| self.error(None, Problem::Read(error)))? == 0 {
+        self.fill(room).map_err(|error| self.error(None, Problem::Read(error)))?;
+        if self.line.is_empty() {
             return Ok(false);
         }
         self.ended = self.line.ends_with(b"\n");
@@ -36,6 +36,27 @@ impl<R: Read> Lines<R> {
             self.line.pop_if(|byte| *byte == end);
         }
         if self.line.len() > limit { Err(self.error(None, Problem::TooLong { limit })) } else { Ok(true) }
+    }
+
+    /// Takes a line with its end, or so many bytes of it. As [`BufRead::read_until`], whose search is slower.
+    fn fill(&mut self, most: usize) -> io::Result<()> {
+        while self.line.len() < most {
+            let there = match self.source.fill_buf() {
+                Ok([]) => break,
+                Ok(there) => there,
+                Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                Err(error) => return Err(error),
+            };
+            let there = there.get(..most - self.line.len()).unwrap_or(there);
+            let end = memchr::memchr(b'\n', there);
+            let taken = end.map_or(there.len(), |end| end + 1);
+            self.line.extend_from_slice(there.get(..taken).unwrap_or_default());
+            self.source.consume(taken);
+            if end.is_some() {
+                break;
+            }
+        }
+        Ok(())
     }
 
     /// The line without its end.

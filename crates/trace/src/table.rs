@@ -3,7 +3,7 @@
 //! What the `csv` crate takes apart is read by the columns that the header or a [`TableLayout`] names, and what was assumed
 //! is told.
 
-mod head;
+pub(crate) mod head;
 mod layout;
 mod names;
 mod source;
@@ -23,6 +23,9 @@ use crate::decimal::Decimal;
 use crate::error::{Error, Problem, excerpt};
 use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
 use crate::text::Text;
+
+/// What to say of a decimal comma in a cell that a comma ends.
+pub(crate) const DECIMAL_POINT: &str = "; where a comma separates the cells, decimals stand behind a point";
 
 /// What was looked at, and the rest.
 type Source<R> = Rows<io::Chain<Cursor<Vec<u8>>, BufReader<Text<R>>>>;
@@ -44,8 +47,8 @@ pub(crate) struct Table<R> {
     columns: Vec<(usize, Column)>,
     halves: Vec<(usize, Word, Half)>,
     period_ns: u64,
-    start_ns: i128,
-    days_ns: i128,
+    /// Where the times begin, less the days that have passed since.
+    origin_ns: i128,
     previous_ns: Option<u64>,
     assumed: String,
     doubt: Doubt,
@@ -100,8 +103,7 @@ impl<R: Read> Table<R> {
             halves: head.columns.iter().filter_map(half).collect(),
             head,
             period_ns: layout.period_ns.unwrap_or(ROW_NS),
-            start_ns: 0,
-            days_ns: 0,
+            origin_ns: 0,
             previous_ns: None,
             assumed,
             doubt: Doubt::Nothing,
@@ -120,29 +122,38 @@ impl<R: Read> Table<R> {
 
     /// Reads the next row into one that is new; `false` behind the last.
     pub(crate) fn row(&mut self, row: &mut Row) -> Result<bool, Error> {
-        loop {
+        let before = loop {
+            let before = self.reader.position().line();
             self.reader.get_mut().allow(ROW_LIMIT);
             match self.reader.read_byte_record(&mut self.record) {
                 Ok(true) if is_blank(&self.record) => {}
-                Ok(true) => break,
+                Ok(true) => break before,
                 Ok(false) => return Ok(false),
                 Err(error) => {
                     let problem = source::problem(error);
                     return Err(self.error(self.skipped + self.reader.position().line(), None, problem));
                 }
             }
-        }
-        // Each record ends with a line feed; those in quotes are within it.
-        let text = self.record.as_slice();
-        let within =
-            if text.contains(&b'\n') { text.iter().filter(|byte| **byte == b'\n').count() } else { 0 };
-        // In an open quote the end of the file is one.
-        let ends = u64::from(text.last() != Some(&b'\n'));
-        row.line = self.skipped + self.reader.position().line().saturating_sub(ends + within as u64);
+        };
+        row.line = self.skipped + self.line(before);
         match self.cells(row) {
             Ok(()) => Ok(true),
             Err((index, problem)) => Err(self.error(row.line, index, problem)),
         }
+    }
+
+    /// The line where the record begins, of those that `reader` has, if it began to look for it in line `before`.
+    fn line(&self, before: u64) -> u64 {
+        let after = self.reader.position().line();
+        if after == before + 1 {
+            return before;
+        }
+        // Each record ends with a line feed; those in quotes are within it.
+        let text = self.record.as_slice();
+        let within = text.iter().filter(|byte| **byte == b'\n').count();
+        // In an open quote the end of the file is one.
+        let ends = u64::from(text.last() != Some(&b'\n'));
+        after.saturating_sub(ends + within as u64)
     }
 
     fn error(&self, line: u64, index: Option<usize>, problem: Problem) -> Error {
@@ -162,7 +173,7 @@ impl<R: Read> Table<R> {
             if column.read(cell, row, self.style).is_none() {
                 self.other(index, column, row)?;
             }
-            if column.is_word() {
+            if self.doubt != Doubt::Settled && column.is_word() {
                 self.doubt = self.doubt.after(cell);
             }
         }
@@ -181,6 +192,9 @@ impl<R: Read> Table<R> {
         let comma = column.is_decimal() && self.commas == Commas::Decimal;
         let again = if comma { text.replacen(',', ".", 1) } else { text.to_ascii_lowercase() };
         column.read(again.as_bytes(), row, self.style).ok_or_else(|| match column {
+            _ if column.is_decimal() && cell.contains(&b',') => {
+                (Some(index), Problem::Table(format!("{}{DECIMAL_POINT}", shown())))
+            }
             Column::Position => {
                 let steps = "a position in steps is the column value";
                 (Some(index), Problem::Table(format!("{}; {steps}", shown())))
@@ -240,25 +254,30 @@ impl<R: Read> Table<R> {
             return Ok(self.previous_ns.map_or(0, next));
         };
         let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+        let natural = scale.natural(cell);
+        // Most tables count from where they begin, and most times are whole numbers.
+        if let (Some(found), Some(previous_ns), true) = (natural, self.previous_ns, self.origin_ns == 0)
+            && found >= previous_ns
+        {
+            return Ok(found);
+        }
         let wrong = |problem| (Some(index), Problem::Table(problem));
         let text = || str::from_utf8(cell).unwrap_or_default();
-        let Some(found) = scale.natural(cell).or_else(|| scale.ns(text(), self.commas)) else {
+        let Some(found) = natural.map(i128::from).or_else(|| scale.ns(text(), self.commas)) else {
             let comma = match scale {
-                Scale::Unit(_) if self.commas == Commas::Separate && cell.contains(&b',') => {
-                    "; where a comma separates the cells, decimals stand behind a point"
-                }
+                Scale::Unit(_) if self.commas == Commas::Separate && cell.contains(&b',') => DECIMAL_POINT,
                 _ => "",
             };
             return Err(wrong(format!("{:?} is not {}{comma}", excerpt(cell), scale.allowed())));
         };
         let Some(previous_ns) = self.previous_ns else {
-            self.start_ns = scale.start(found);
-            return u64::try_from(found - self.start_ns).map_err(|_| wrong("too large a time".to_owned()));
+            self.origin_ns = scale.start(found);
+            return u64::try_from(found - self.origin_ns).map_err(|_| wrong("too large a time".to_owned()));
         };
         let previous = i128::from(previous_ns);
-        let mut time_ns = found - self.start_ns + self.days_ns;
+        let mut time_ns = found - self.origin_ns;
         let days = scale.wrapped(time_ns, previous);
-        self.days_ns += days;
+        self.origin_ns -= days;
         time_ns += days;
         if time_ns < previous {
             let earlier = previous - time_ns;
@@ -413,9 +432,19 @@ fn scale(head: &Head, first: Option<&[String]>) -> Result<Option<(usize, Scale)>
     let time = head.columns.iter().find(|(_, meaning)| meaning.is_time());
     let Some(&(index, meaning)) = time else { return Ok(None) };
     let name = head.names.get(index).map_or("", String::as_str);
-    let scale = match (meaning, names::unit_apart(name).1) {
-        (Meaning::Time(unit), _) | (Meaning::TimeAsNamed, Some(unit)) => Scale::Unit(unit),
-        _ => match first.and_then(|first| first.get(index)) {
+    let named = match meaning {
+        Meaning::Time(unit) => Some(unit),
+        _ => names::unit_apart(name).1,
+    };
+    let scale = match (named, head.unit_below(index)) {
+        (Some(named), Some(below)) if named != below => {
+            let (named, below) = (named.name(), below.name());
+            let problem =
+                format!("a time in {named}, and the row of units below says {below}; correct one of them");
+            return Err((Some(index), Problem::Table(problem)));
+        }
+        (Some(unit), _) | (None, Some(unit)) => Scale::Unit(unit),
+        (None, None) => match first.and_then(|first| first.get(index)) {
             // There are no rows.
             None => Scale::Unit(Unit::Us),
             Some(cell) => Scale::of(cell).ok_or_else(|| (Some(index), unitless(head, cell, index)))?,
@@ -456,6 +485,9 @@ fn assumed(
             },
             _ => format!("{} {}", meaning.name(), from(*index)),
         });
+    }
+    if head.has_units() {
+        parts.push("the row below the names has units".to_owned());
     }
     if time.is_none() && layout.period_ns.is_none() {
         parts.push("rows are 1 ms apart, see --period".to_owned());

@@ -69,7 +69,7 @@ impl<R: Read> Read for Text<R> {
 
 /// A CR without LF, as old spreadsheets write it, becomes LF. A CR at the end is taken for one without.
 fn line_ends(text: &mut [u8]) {
-    if !text.contains(&b'\r') {
+    if memchr::memchr(b'\r', text).is_none() {
         return;
     }
     for index in 0..text.len() {

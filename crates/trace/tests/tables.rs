@@ -6,7 +6,7 @@ use encoring_trace::{Error, Input, Reader, Row, TableLayout};
 use encoring_words::number::Bare;
 
 /// Every table of the folder, what `--columns` says, and further options.
-const TABLES: [(&str, &str, &str); 32] = [
+const TABLES: [(&str, &str, &str); 33] = [
     ("base.csv", "", ""),
     ("bom.csv", "", ""),
     ("crlf.csv", "", ""),
@@ -21,6 +21,7 @@ const TABLES: [(&str, &str, &str); 32] = [
     ("kh.csv", "", ""),
     ("codesys.csv", "", ""),
     ("scope.csv", "", ""),
+    ("units-below.csv", "", ""),
     ("halves.csv", "", ""),
     ("halves-decimal.csv", "", "decimal"),
     ("signed.csv", "", "decimal"),
@@ -177,6 +178,29 @@ fn a_refused_table_says_where_why_and_what_to_type() {
             "",
             "line 2, column \"t [s]\": \"0,001\" is not a time in s; where a comma separates the cells, decimals \
              stand behind a point",
+        ),
+        (
+            "supply_v,out,in\n\"24,0\",00000000,00000000\n",
+            "",
+            "line 2, column supply_v: \"24,0\" is not a voltage from 0 to 1000 with at most three decimals; where a \
+             comma separates the cells, decimals stand behind a point",
+        ),
+        (
+            "Supply_V,OUT\n\"24,0\",00000000\n",
+            "",
+            "line 2, column \"Supply_V\": \"24,0\" is not a voltage from 0 to 1000 with at most three decimals; where \
+             a comma separates the cells, decimals stand behind a point",
+        ),
+        (
+            "Time [s],IN\n(ms),(V)\n1,00000000\n",
+            "",
+            "line 1, column \"Time [s]\": a time in s, and the row of units below says ms; correct one of them",
+        ),
+        (
+            "Time,IN\n(min),()\n1,00000000\n",
+            "",
+            "line 1, column \"Time\": no unit, and \"1\" is no date; type --columns \"time_ms=Time,in=IN\", or with \
+             time_s, time_us or time_ns",
         ),
         ("t [s];in_high\n1;0000\n", "", "line 1: in_high and in_low: only one of the halves is there"),
         (

@@ -141,6 +141,25 @@ pub fn word<'a>(parts: impl IntoIterator<Item = &'a str>, bare: Bare) -> Result<
     }
 }
 
+/// A word as we print it: eight hexadecimal digits, of either case. The same as [`word`] of them, and faster; `None`
+/// for all else, which may still be a word in another form.
+#[must_use]
+pub const fn eight_digits(digits: &[u8; 8]) -> Option<u32> {
+    // All eight bytes at once. Of the bytes of digits, those of letters alone have this bit.
+    const EACH: u64 = 0x0101_0101_0101_0101;
+    let bytes = u64::from_be_bytes(*digits);
+    let letters = bytes >> 6 & EACH;
+    let upper = bytes & !(letters << 5);
+    let values = upper.wrapping_sub(EACH * b'0' as u64).wrapping_sub(letters * (b'A' - b'9' - 1) as u64);
+    // No byte is above 15, so none has borrowed from another; and from 10 on it was a letter.
+    if values & (EACH * 0xF0) != 0 || (values + EACH * 6) >> 4 & EACH != letters {
+        return None;
+    }
+    let pairs = (values | values >> 4) & 0x00FF_00FF_00FF_00FF;
+    let halves = (pairs | pairs >> 8) & 0x0000_FFFF_0000_FFFF;
+    Some((halves | halves >> 16) as u32)
+}
+
 /// One half of a word: `270F`, `0x270F`, `W#16#270F`, `KH=270F`, `-15872`.
 ///
 /// # Errors

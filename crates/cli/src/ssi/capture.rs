@@ -15,6 +15,7 @@ use encoring_words::ssi_frame::Level;
 use super::format::{FormatArguments, rate};
 use crate::arguments::fault::{self, Faults};
 use crate::arguments::span;
+use crate::bus;
 use crate::interrupt::Interrupt;
 use crate::output::new_file::{NotWritten, check_new_file, write_new_file};
 use crate::output::progress::{Progress, RING_TIME};
@@ -102,8 +103,7 @@ impl Arguments {
     /// The scenario with its reader, and where that is.
     #[expect(clippy::disallowed_methods, reason = "a fault, which `sim::fault` reads")]
     fn scenario(&self) -> Result<(Scenario, usize), Failure> {
-        let scenario = self.scenario.as_ref().map_or_else(Scenario::built_in, |path| Scenario::read(path));
-        let mut scenario = scenario.map_err(bad_input)?;
+        let mut scenario = bus::scenario(self.scenario.as_deref())?;
         let reader = self.reader(&scenario)?;
         scenario.hang_reader(reader).map_err(|problem| bad_input(format!("--ssi {reader}: {problem}")))?;
         let PlacedReader { position, .. } = reader;

@@ -242,6 +242,9 @@ fn tables_of_other_programs_are_compared_and_what_was_assumed_is_told() {
     let assumed =
         "`;` separates the cells; time in ms from \"Zeitstempel\"; out from \"QD 256\"; in from \"ID 256\"";
     assert_eq!(err, format!("note: {}: {assumed}\n", table("plc.csv")));
+    let Run { out, .. } = replay_table(&[&columns[..], &["--format", "json"]].concat(), "plc.csv");
+    let summary: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(summary["assumed"], assumed);
     for (options, name) in [
         (&["--period", "1ms"][..], "no-time.csv"),
         (&["--decimal"], "signed.csv"),

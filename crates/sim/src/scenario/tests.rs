@@ -274,7 +274,23 @@ fn a_motion_file_that_is_named_often_is_read_and_held_once() {
     let scenario = Scenario::parse("s.toml", &text, folder.path()).unwrap();
     let Motion::Recorded { points } = &scenario.devices[0].motion else { panic!("a recorded motion") };
     assert_eq!(points[..], [(Instant(0), 1), (Instant(1_000_000), 2)]);
+    assert_eq!(scenario.notes, Vec::<String>::new(), "the header is ours");
     assert_eq!(std::sync::Arc::strong_count(points), 3, "one for the device, one for each event");
+}
+
+#[test]
+fn what_was_assumed_of_a_motion_file_is_told_once() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.csv"), "Time [s];Raw\n0,5;1\n").unwrap();
+    let event =
+        "[[event]]\nat_s = 1\nposition = 0\nset = { motion = { kind = \"csv\", file = \"m.csv\" } }\n";
+    let text = format!("{ONE}motion = {{ kind = \"csv\", file = \"m.csv\" }}\n{event}");
+    let scenario = Scenario::parse("s.toml", &text, folder.path()).unwrap();
+    let file = folder.path().join("m.csv").display().to_string();
+    let assumed = "`;` separates the cells; time in s from \"Time [s]\"; raw from \"Raw\"";
+    assert_eq!(scenario.notes, [format!("{file}: {assumed}")]);
+    let Motion::Recorded { points } = &scenario.devices[0].motion else { panic!("a recorded motion") };
+    assert_eq!(points[..], [(Instant(500_000_000), 1)]);
 }
 
 #[test]

@@ -24,6 +24,8 @@ pub(super) struct Head {
     pub(super) names: Vec<String>,
     /// The columns to read, by index.
     pub(super) columns: Vec<(usize, Meaning)>,
+    /// The cells of a row of units below the header, as oscilloscopes write it; empty if there is none.
+    units: Vec<String>,
 }
 
 impl Head {
@@ -33,7 +35,31 @@ impl Head {
 
     /// The index of the first row.
     pub(super) fn rows_at(&self) -> usize {
-        self.at + usize::from(self.has_header())
+        self.at + usize::from(self.has_header()) + usize::from(self.has_units())
+    }
+
+    pub(super) fn has_units(&self) -> bool {
+        !self.units.is_empty()
+    }
+
+    /// The unit of time that stands below the name of a column.
+    pub(super) fn unit_below(&self, index: usize) -> Option<Unit> {
+        self.units.get(index).and_then(|cell| Unit::named(in_brackets(cell).unwrap_or(cell)))
+    }
+
+    /// The same with its row of units, if this line is one: no data, and all in brackets or a unit below a time.
+    fn above(mut self, line: Option<&&[u8]>) -> Self {
+        let cells = line.map(|line| names(line, self.separator)).unwrap_or_default();
+        let times = self.columns.iter().filter(|(_, meaning)| meaning.is_time());
+        let mut times = times.filter_map(|(index, _)| cells.get(*index));
+        let brackets = cells.iter().all(|cell| cell.is_empty() || in_brackets(cell).is_some());
+        if self.has_header()
+            && (brackets || times.any(|cell| Unit::named(cell).is_some()))
+            && !cells.iter().any(|cell| is_data(cell))
+        {
+            self.units = cells;
+        }
+        self
     }
 
     /// Whether one of the columns holds data in this line.
@@ -59,7 +85,13 @@ impl Head {
 
     /// The same with other columns to read.
     pub(super) fn with(&self, columns: Vec<(usize, Meaning)>) -> Self {
-        Self { separator: self.separator, at: self.at, names: self.names.clone(), columns }
+        Self {
+            separator: self.separator,
+            at: self.at,
+            names: self.names.clone(),
+            columns,
+            units: self.units.clone(),
+        }
     }
 
     /// `--columns` with what was recognised, and one more.
@@ -89,10 +121,11 @@ pub(super) fn find(
     let candidates = || {
         (0..lines.len()).filter_map(|at| {
             let line = lines.get(at)?;
-            match columns {
+            let head = match columns {
                 Some(columns) => by_columns(line, at, columns),
                 None => by_names(line, at),
-            }
+            };
+            Some(head?.above(lines.get(at + 1)))
         })
     };
     let sure = candidates().find(|head| match lines.get(head.rows_at()) {
@@ -123,11 +156,11 @@ fn by_columns(line: &[u8], at: usize, columns: &Columns) -> Option<Head> {
         let named: Option<Vec<_>> =
             columns.0.iter().map(|(meaning, name)| Some((place(name)?, *meaning))).collect();
         if let Some(columns) = named {
-            return Some(Head { separator, at, names, columns });
+            return Some(Head { separator, at, names, columns, units: Vec::new() });
         }
         let numbered: Option<Vec<_>> =
             columns.0.iter().map(|(meaning, name)| Some((column_number(name)?, *meaning))).collect();
-        let head = Head { separator, at, names: Vec::new(), columns: numbered? };
+        let head = Head { separator, at, names: Vec::new(), columns: numbered?, units: Vec::new() };
         let fits = head.columns.iter().all(|(index, _)| *index < cells(line, separator).len());
         (fits && head.has_data(line)).then_some(head)
     });
@@ -156,7 +189,7 @@ fn by_names(line: &[u8], at: usize) -> Option<Head> {
             .collect();
         let close = known.iter().any(|known| matches!(known, Recognised::Close(_)));
         let told = !columns.is_empty() || close && names.len() > 1;
-        told.then_some((columns.len(), Head { separator, at, names, columns }))
+        told.then_some((columns.len(), Head { separator, at, names, columns, units: Vec::new() }))
     });
     heads.max_by_key(|(known, head)| (*known, head.names.len())).map(|(_, head)| head)
 }
@@ -232,7 +265,7 @@ fn example(names: &[String], row: Option<&&[u8]>, headless: bool) -> String {
 }
 
 /// The cells of a line.
-pub(super) fn cells(line: &[u8], separator: u8) -> Vec<String> {
+pub(crate) fn cells(line: &[u8], separator: u8) -> Vec<String> {
     let text = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
     // To make a reader costs as much as to read a thousand rows.
     if !line.contains(&b'"') {
@@ -251,6 +284,12 @@ fn names(line: &[u8], separator: u8) -> Vec<String> {
     let mut names = cells(line, separator);
     while names.pop_if(|name| name.is_empty()).is_some() {}
     names
+}
+
+/// What stands in brackets, as `(ms)`.
+fn in_brackets(cell: &str) -> Option<&str> {
+    let within = |open, close| cell.strip_prefix(open)?.strip_suffix(close).map(str::trim);
+    within('(', ')').or_else(|| within('[', ']'))
 }
 
 /// Whether every cell reads as a time, a number or a word.

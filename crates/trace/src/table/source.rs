@@ -62,7 +62,7 @@ impl<R: Read> Read for Rows<R> {
         self.last = last;
         // Spaces at the end of a cell are left out, so CR LF and LF end a line alike, and lines can be counted.
         let read_now = bytes.get_mut(..read).unwrap_or_default();
-        if read_now.contains(&b'\r') {
+        if memchr::memchr(b'\r', read_now).is_some() {
             read_now.iter_mut().filter(|byte| **byte == b'\r').for_each(|byte| *byte = b' ');
         }
         Ok(read)

@@ -59,8 +59,12 @@ impl Unit {
         }
     }
 
+    const fn ns(self) -> u64 {
+        10_u64.pow(self.power().unsigned_abs())
+    }
+
     /// The power of ten of its nanoseconds.
-    fn power(self) -> i32 {
+    const fn power(self) -> i32 {
         match self {
             Self::S => 9,
             Self::Ms => 6,
@@ -98,7 +102,7 @@ impl Scale {
     }
 
     /// Nanoseconds of a whole number of a few digits, as most tables have them.
-    pub(super) fn natural(self, cell: &[u8]) -> Option<i128> {
+    pub(super) fn natural(self, cell: &[u8]) -> Option<u64> {
         let Self::Unit(unit) = self else { return None };
         // So few that nothing can overflow.
         if !matches!(cell.len(), 1..=9) {
@@ -107,7 +111,7 @@ impl Scale {
         let number = cell.iter().try_fold(0_u64, |number, byte| {
             byte.is_ascii_digit().then(|| number * 10 + u64::from(byte - b'0'))
         })?;
-        Some(i128::from(number * 10_u64.pow(unit.power().unsigned_abs())))
+        Some(number * unit.ns())
     }
 
     /// What a time of this scale is, to follow "is not".

@@ -94,6 +94,19 @@ fn every_spelling_of_a_word_is_that_word() {
 }
 
 #[test]
+fn eight_digits_are_read_as_any_word_is_and_nothing_else() {
+    for place in 0..8 {
+        for byte in 0..=u8::MAX {
+            let mut digits = *b"0a9Ff00B";
+            digits[place] = byte;
+            let word = str::from_utf8(&digits).ok().and_then(|text| u32::from_str_radix(text, 16).ok());
+            let expected = word.filter(|_| byte.is_ascii_hexdigit());
+            assert_eq!(eight_digits(&digits), expected, "{byte:#x} at {place}");
+        }
+    }
+}
+
+#[test]
 fn what_is_no_word_is_refused_with_what_to_type() {
     for (text, told) in [
         ("", "0 numbers are no word: it is eight hexadecimal digits, as C200270F, "),
