@@ -73,7 +73,12 @@ impl Cure {
     /// For a word on a bus.
     pub fn of<B: Bus + ?Sized>(bus: &B, input: InWord) -> Self {
         let Some(misread) = Misread::of(input) else { return Self::default() };
-        let read = format!("; with {} it is {}, a position", misread.name(), misread.read(input));
+        Self::by(bus, misread, format_args!("{}, a position", misread.read(input)))
+    }
+
+    /// For a word that is this if it is read so.
+    pub fn by<B: Bus + ?Sized>(bus: &B, misread: Misread, is: impl std::fmt::Display) -> Self {
+        let read = format!("; with {} it is {is}", misread.name());
         Self(match bus.cure(misread) {
             Some(cure) => format!("{read}. What cures it: {cure}"),
             None => read,
@@ -126,6 +131,8 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     /// What is known to stand on OUT because it was written here.
     written: Option<OutWord>,
     left: LeftBit,
+    /// The last word with the service bit that was written and not answered, and when: a gateway may still carry it out.
+    unanswered: Option<(OutWord, Instant)>,
     /// The request that was to be written first, if it must not be written twice.
     once: Option<OutWord>,
     stop: Arc<AtomicBool>,
@@ -158,6 +165,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             timing,
             written: None,
             left: LeftBit::default(),
+            unanswered: None,
             once: None,
             stop,
             stops: 0,
@@ -282,13 +290,17 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.left.clone()
     }
 
-    /// Reads OUT until the service bit that was written here is seen gone, and takes it back where it is not. Ends when the
-    /// patience does; then the bit may stand there, and must be told. To be called after the last service.
+    /// Reads OUT until the service bit that was written here is seen gone, and takes it back where it is not. A word whose
+    /// write got no answer may come late, so OUT is watched for as long as the patience after it. Ends when the patience
+    /// does; then the bit may stand there, and must be told. To be called after the last service.
     pub fn withdraw(&mut self) -> Option<OutWord> {
         let since = self.bus.now();
-        while let Some(left) = self.left.word() {
+        loop {
+            let late = self.may_come_late();
+            let left = self.left.word().or(late)?;
             match self.bus.out(self.position) {
                 Ok(out) if out == left => {
+                    self.left.set(left);
                     // What it clears it reads back in the next round.
                     let _ = self.bus.cycle(Some((self.position, rest(left))), self.position, &mut []);
                 }
@@ -297,13 +309,24 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Ok(out) => self.seen(out),
                 Err(error) => self.last_error = Some(error),
             }
-            if self.interrupted() || self.in_a_hurry() || self.bus.now().since(since) >= self.timing.patience
-            {
-                break;
+            if self.interrupted() || self.in_a_hurry() || self.is_over(since) {
+                return self.left.word().or(late);
             }
             self.rest(self.timing.next_look(LookFor::Recovery));
         }
-        self.left.word()
+    }
+
+    /// The word with the service bit that may still be carried out by a gateway that has not answered it.
+    fn may_come_late(&mut self) -> Option<OutWord> {
+        let (out, written) = self.unanswered?;
+        if self.is_over(written) {
+            self.unanswered = None;
+        }
+        self.unanswered.map(|_| out)
+    }
+
+    fn is_over(&self, since: Instant) -> bool {
+        self.bus.now().since(since) >= self.timing.patience
     }
 
     /// Asks the bus for something until it is there, and gives up when the patience is at an end.
@@ -336,6 +359,25 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         }
     }
 
+    /// What IN shows, once it can be seen.
+    fn look_once(&mut self) -> Result<InWord, MasterError> {
+        self.patiently(|bus, position, patience| {
+            let mut input = [InWord(0)];
+            let cycle = bus.cycle(None, position, &mut input)?;
+            let [input] = input;
+            if cycle.age >= patience {
+                return Err(MasterError::Stale { age: cycle.age });
+            }
+            match input {
+                input if !can_be_sent(input) => {
+                    Err(MasterError::Misread { input, cure: Cure::of(bus, input) })
+                }
+                input if input.service_bit() => Err(MasterError::InService { input }),
+                input => Ok(input),
+            }
+        })
+    }
+
     /// Leaves a gateway in peace until the next look.
     fn rest(&mut self, next: NextLook) {
         if next.within > Duration::ZERO {
@@ -361,6 +403,9 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Some(Seen { input, age: cycle.age })
             }
             Err(error) => {
+                if write.is_some() && out.service_bit() && matches!(error, BusError::NoAnswer { .. }) {
+                    self.unanswered = Some((out, self.bus.now()));
+                }
                 self.met(error);
                 if write.is_some() {
                     self.written = None;
@@ -447,21 +492,16 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
     }
 
     fn look(&mut self) -> Result<InWord, MasterError> {
-        self.patiently(|bus, position, patience| {
-            let mut input = [InWord(0)];
-            let cycle = bus.cycle(None, position, &mut input)?;
-            let [input] = input;
-            if cycle.age >= patience {
-                return Err(MasterError::Stale { age: cycle.age });
+        let mut input = self.look_once()?;
+        // An encoder keeps its error bit; what has it once may be a word that the gateway has spoilt.
+        for _ in 1..STRANGE {
+            if !input.error_bit() {
+                break;
             }
-            match input {
-                input if !can_be_sent(input) => {
-                    Err(MasterError::Misread { input, cure: Cure::of(bus, input) })
-                }
-                input if input.service_bit() => Err(MasterError::InService { input }),
-                input => Ok(input),
-            }
-        })
+            self.rest(self.timing.next_look(LookFor::Recovery));
+            input = self.look_once()?;
+        }
+        Ok(input)
     }
 
     fn now(&self) -> Instant {

@@ -20,7 +20,7 @@ pub enum Misread {
 
 impl Misread {
     /// Every way, the most frequent first.
-    const ALL: [Self; 3] = [Self::Halves, Self::Bytes, Self::HalvesAndBytes];
+    pub const ALL: [Self; 3] = [Self::Halves, Self::Bytes, Self::HalvesAndBytes];
 
     /// What a word is that is nobody's as it stands: the way to read it as a position. `None` if it is an encoder's, or
     /// nobody's in every way.

@@ -9,9 +9,20 @@ use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, OutWord};
 
 use crate::bus::{Bus, BusError, rounded};
+use crate::master::Cure;
+use crate::misread::{Misread, can_be_sent};
 
 /// For so long nothing may change before a service bit counts as left.
 pub const STANDS_FOR: Duration = Duration::from_millis(2_000);
+
+/// So many looks in a row must show the same before anything is said of it: a gateway may spoil a word now and then.
+const ALIKE: u32 = 3;
+
+/// So often a word that was spoilt begins the watch anew.
+const SPOILT_MAX: u32 = 3;
+
+/// The error bit in the upper byte of IN.
+const ERROR_BIT: u32 = 0x20;
 
 /// Between two looks.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -40,14 +51,21 @@ pub enum ReleaseError {
     Bus(#[from] BusError),
     /// A master is at work.
     #[error(
-        "OUT was {} and IN {}, now OUT is {} and IN {}: a master works with this encoder, so its service bit was not \
-         touched", .was.out, .was.input, .now.out, .now.input
+        "OUT was {} and IN {}, now OUT is {} and IN {}: a master works with this encoder", .was.out, .was.input, .now.out, .now.input
     )]
     InUse {
         /// What stood there first.
         was: Standing,
         /// What stands there now.
         now: Standing,
+    },
+    /// IN shows what no encoder sends, so OUT is not read as it is either.
+    #[error("OUT holds {} and IN {}, which is no encoder's{cure}", .now.out, .now.input)]
+    Misread {
+        /// What stands there, as it is read.
+        now: Standing,
+        /// How it is an encoder's, and what to change, if that can be told.
+        cure: Cure,
     },
     /// The word without the service bit was written, and OUT still has it.
     #[error(
@@ -61,7 +79,7 @@ pub enum ReleaseError {
         within: Duration,
     },
     /// The user wants to stop.
-    #[error("interrupted; nothing was written")]
+    #[error("interrupted")]
     Interrupted,
 }
 
@@ -72,19 +90,58 @@ pub struct Release<'a, B: ?Sized> {
     position: usize,
     patience: Duration,
     stop: &'a AtomicBool,
+    /// So many words were spoilt so far.
+    spoilt: u32,
 }
 
 impl<'a, B: Bus + ?Sized> Release<'a, B> {
     /// For the encoder at `position`. A bus that cannot be read is asked again until `patience` is over.
     pub const fn new(bus: &'a mut B, position: usize, patience: Duration, stop: &'a AtomicBool) -> Self {
-        Self { bus, position, patience, stop }
+        Self { bus, position, patience, stop, spoilt: 0 }
     }
 
-    /// Both words as they stand. Writes nothing.
+    /// Both words as they stand, seen several times alike. Writes nothing.
     ///
     /// # Errors
-    /// [`ReleaseError::Bus`], [`ReleaseError::Interrupted`].
+    /// [`ReleaseError::Bus`], [`ReleaseError::Interrupted`]; [`ReleaseError::InUse`] if they do not stand,
+    /// [`ReleaseError::Misread`] if IN is nobody's.
     pub fn look(&mut self) -> Result<Standing, ReleaseError> {
+        let since = self.bus.now();
+        let (mut was, mut alike, mut strange) = (self.patiently()?, 1, 0);
+        loop {
+            self.bus.wait(LOOK_EVERY);
+            let now = self.patiently()?;
+            strange = if self.is_misread(now) { strange + 1 } else { 0 };
+            alike = if was.same(now) { alike + 1 } else { 1 };
+            match (alike, strange) {
+                (_, ALIKE..) => return Err(ReleaseError::Misread { now, cure: self.cure(now) }),
+                (ALIKE.., 0) => return Ok(now),
+                _ if self.bus.now().since(since) >= self.patience => {
+                    return Err(ReleaseError::InUse { was, now });
+                }
+                _ => was = now,
+            }
+        }
+    }
+
+    /// Whether the words are not as the encoder and its master have them.
+    fn is_misread(&self, now: Standing) -> bool {
+        !can_be_sent(now.input) || turned_round(now).is_some()
+    }
+
+    fn cure(&self, now: Standing) -> Cure {
+        match turned_round(now) {
+            Some(way) => Cure::by(
+                self.bus,
+                way,
+                format_args!("{}, the reply to {}", way.read(now.input), way.read(InWord(now.out.0))),
+            ),
+            None => Cure::of(self.bus, now.input),
+        }
+    }
+
+    /// One look, however often it takes.
+    fn patiently(&mut self) -> Result<Standing, ReleaseError> {
         let since = self.bus.now();
         loop {
             let problem = match self.both() {
@@ -109,22 +166,32 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
         Ok(Standing { out, input })
     }
 
-    /// Watches both words for [`STANDS_FOR`]. Writes nothing.
+    /// Watches both words until nothing has changed for [`STANDS_FOR`]. A word that was spoilt begins the time anew.
+    /// Writes nothing.
     ///
     /// # Errors
     /// [`ReleaseError::InUse`] if one of them changed.
     pub fn watch(&mut self, was: Standing) -> Result<(), ReleaseError> {
-        let since = self.bus.now();
+        let mut since = self.bus.now();
         while self.bus.now().since(since) < STANDS_FOR {
             self.bus.wait(LOOK_EVERY);
-            self.unchanged(was)?;
+            if self.stop.load(Ordering::Relaxed) {
+                return Err(ReleaseError::Interrupted);
+            }
+            if !self.patiently()?.same(was) {
+                self.only_spoilt(was)?;
+                since = self.bus.now();
+            }
         }
         Ok(())
     }
 
-    fn unchanged(&mut self, was: Standing) -> Result<(), ReleaseError> {
+    /// Looks anew at words that seem to have changed.
+    fn only_spoilt(&mut self, was: Standing) -> Result<(), ReleaseError> {
+        self.spoilt += 1;
         let now = self.look()?;
-        if was.same(now) { Ok(()) } else { Err(ReleaseError::InUse { was, now }) }
+        let same = was.same(now) && self.spoilt <= SPOILT_MAX;
+        if same { Ok(()) } else { Err(ReleaseError::InUse { was, now }) }
     }
 
     /// Takes the service bit back if nothing has changed up to now, and gives what stands there then. All other bits of
@@ -134,15 +201,19 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
     /// [`ReleaseError`]; only [`ReleaseError::Stays`] and, if the bus failed after that, [`ReleaseError::Bus`] come
     /// after a write.
     pub fn clear(&mut self, was: Standing) -> Result<Standing, ReleaseError> {
-        self.unchanged(was)?;
+        while !self.patiently()?.same(was) {
+            self.only_spoilt(was)?;
+            self.watch(was)?;
+        }
         let since = self.bus.now();
+        let cleared = OutWord::from(Out::Normal(was.out.0));
         loop {
-            let cleared = OutWord::from(Out::Normal(was.out.0));
             // Whether it arrived OUT says.
             let _ = self.bus.cycle(Some((self.position, cleared)), self.position, &mut []);
             self.bus.wait(LOOK_EVERY);
             let now = self.look()?;
-            if !now.out.service_bit() {
+            // A gateway may also have let its outputs fall.
+            if now.out == cleared || now.out == OutWord(0) {
                 return Ok(now);
             }
             if now.out != was.out {
@@ -154,4 +225,16 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
             }
         }
     }
+}
+
+/// How to read both words so that OUT is a request and IN its reply: as they are read OUT has no service bit. Eight bits may
+/// match by chance, the service in both does not.
+fn turned_round(now: Standing) -> Option<Misread> {
+    if now.out.service_bit() {
+        return None;
+    }
+    Misread::ALL.into_iter().find(|way| {
+        let (out, input) = (way.read(InWord(now.out.0)), way.read(now.input));
+        out.service_bit() && can_be_sent(input) && out.0 >> 24 == input.0 >> 24 & !ERROR_BIT
+    })
 }

@@ -9,7 +9,7 @@ use encoring_station::Speed;
 use serde::Serialize;
 
 use crate::arguments::bus::{BusArguments, patience};
-use crate::arguments::{Consent, Output};
+use crate::arguments::{Consent, Output, position};
 use crate::ask::confirmed;
 use crate::output::{Answer, Failure, bad_input};
 
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     ring: BusArguments,
     /// Ring position of the encoder, from 0
-    #[arg(long, value_name = "POSITION")]
+    #[arg(long, value_name = "POSITION", value_parser = position)]
     at: usize,
     #[command(flatten)]
     consent: Consent,
@@ -88,15 +88,21 @@ impl Arguments {
         release: &mut Release<'_, B>,
         address: &str,
     ) -> Result<ReleaseView, Failure> {
-        let failure = |error: ReleaseError| match error {
-            ReleaseError::Bus(BusError::NoEncoder { .. }) => bad_input(format!("--at {}: {error}", self.at)),
-            ReleaseError::Bus(_) | ReleaseError::Interrupted => {
-                Failure::NoAnswer(format!("{address}: {error}"))
+        let failure = |error: ReleaseError, written: &str| {
+            let told = format!("{address}: {error}{written}");
+            match error {
+                ReleaseError::Bus(BusError::NoEncoder { .. }) => {
+                    bad_input(format!("--at {}: {error}", self.at))
+                }
+                ReleaseError::Bus(_) | ReleaseError::Interrupted | ReleaseError::Misread { .. } => {
+                    Failure::NoAnswer(told)
+                }
+                ReleaseError::InUse { .. } | ReleaseError::Stays { .. } => Failure::Refused(told),
             }
-            ReleaseError::InUse { .. } | ReleaseError::Stays { .. } => Failure::Refused(error.to_string()),
         };
+        let unwritten = |error| failure(error, "; nothing was written");
         let position = self.at;
-        let before = release.look().map_err(failure)?;
+        let before = release.look().map_err(unwritten)?;
         if !before.out.service_bit() {
             return Ok(ReleaseView {
                 position,
@@ -105,7 +111,7 @@ impl Arguments {
                 after: before.into(),
             });
         }
-        release.watch(before).map_err(failure)?;
+        release.watch(before).map_err(unwritten)?;
         confirmed(
             self.consent,
             &format!(
@@ -114,7 +120,7 @@ impl Arguments {
                 before.out, before.input
             ),
         )?;
-        let after = release.clear(before).map_err(failure)?;
+        let after = release.clear(before).map_err(|error| failure(error, ""))?;
         Ok(ReleaseView { position, result: "released", before: before.into(), after: after.into() })
     }
 }

@@ -21,12 +21,18 @@ use encoring_words::model::{Effect, Sensor, SensorKind};
 use encoring_words::number::{Base, TypedValue};
 use encoring_words::parameter::{Code, CountingDirection, PARAMETERS, ParameterSet};
 use encoring_words::word::{DATA_MAX, In};
-use encoring_words::{ErrorStatus, InWord, Model, Parameter};
+use encoring_words::{Duration, ErrorStatus, InWord, Model, Parameter};
 
 use crate::preset::position;
 use crate::request::Request;
 use crate::service::{Check, Failure, Refusal, Services, check, read, write};
 use crate::session::Fate;
+
+/// So often a position that the values do not allow is looked at.
+const LOOKS: u32 = 3;
+
+/// The time between two of these looks.
+const BETWEEN_LOOKS: Duration = Duration::from_millis(20);
 
 /// What to program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -484,7 +490,20 @@ impl<E> Prepared<E> {
     }
 
     /// No position may lie above the largest, and no error be pending, unless the magnet of a rod can be away.
+    /// A gateway may spoil a word, so it is looked several times before that is said.
     fn look<S: Services<Error = E>>(&self, services: &mut S) -> Result<(), Stopped<E>> {
+        let mut looked = self.look_once(services);
+        for _ in 1..LOOKS {
+            if !matches!(looked, Err(Stopped::Position { .. })) {
+                break;
+            }
+            services.wait(BETWEEN_LOOKS);
+            looked = self.look_once(services);
+        }
+        looked
+    }
+
+    fn look_once<S: Services<Error = E>>(&self, services: &mut S) -> Result<(), Stopped<E>> {
         let shown = services.look().map_err(Failure::Bus)?;
         let now = |parameter| self.rows.iter().flatten().find(|row| row.parameter == parameter)?.now;
         let length = now(Parameter::MeasuringLength).unwrap_or(DATA_MAX);

@@ -42,6 +42,9 @@ use crate::seen::Seen;
 /// before it and one behind it.
 const STRANGERS_MAX: u32 = 4;
 
+/// So many words in a row must have the same error bit once it has changed between two words.
+const ALIKE: u32 = 3;
+
 /// The longest pause between two looks for a reply.
 const REPLY_POLL: Duration = Duration::from_millis(1);
 
@@ -195,6 +198,8 @@ pub struct Session {
     doubtful: bool,
     /// Bit 29 of the last word seen before the request.
     error_before: bool,
+    /// The same while words still come, and in how many of them in a row.
+    error_seen: Option<(bool, u32)>,
     /// An earlier request was in doubt when the present one was taken back.
     doubtful_before: bool,
     /// Different words with IN bit 31 since one without it.
@@ -305,6 +310,7 @@ impl Session {
             out: OutWord::from(encoring_words::word::Out::Normal(standing.0)),
             doubtful: true,
             error_before: false,
+            error_seen: None,
             doubtful_before: false,
             strangers: 0,
             wait: Wait::default(),
@@ -355,6 +361,7 @@ impl Session {
         if !self.is_resting() {
             return Err(Busy);
         }
+        self.error_seen = None;
         self.enter(now, SessionPhase::Preparing(request), request.rest());
         Ok(self.out)
     }
@@ -442,6 +449,7 @@ impl Session {
             noted.left >= self.wait.since && position
         });
         if let Some(Noted { input: shown, .. }) = free
+            && self.error_bit_stands(shown)
             && self.settled(now, self.wait.stands, self.wait.answered)
         {
             self.error_before = shown.error_bit();
@@ -451,6 +459,18 @@ impl Session {
         let timed_out = self.timed_out(now, WaitedFor::Normal, Fate::NotSent)?;
         self.phase = SessionPhase::Resting;
         Some(Outcome::TimedOut(timed_out))
+    }
+
+    /// Whether the error bit is told by enough words. An encoder keeps it, so one that comes and goes is a gateway's.
+    fn error_bit_stands(&mut self, shown: InWord) -> bool {
+        let bit = shown.error_bit();
+        let alike = match self.error_seen {
+            None => ALIKE,
+            Some((before, alike)) if before == bit => alike.saturating_add(1),
+            Some(_) => 1,
+        };
+        self.error_seen = Some((bit, alike));
+        alike >= ALIKE
     }
 
     fn request(

@@ -6,6 +6,7 @@ mod misbehaving;
 #[cfg(unix)]
 mod serial;
 
+use super::link::EVENTS_MAX;
 use crate::place::WordOrder;
 use crate::plain::image;
 use crate::registers::RegisterMap;
@@ -15,7 +16,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
-use encoring_bus::SharedImage;
+use encoring_bus::{Cause, Link, SharedImage};
 use tokio::net::TcpSocket;
 use tokio::sync::oneshot;
 
