@@ -46,12 +46,13 @@ fn asked(stream: &mut TcpStream, request: &[u8]) -> Vec<u8> {
     answer
 }
 
-/// What `jq` shows of one object: paths, several with commas between them.
+/// What `jq` shows of one object: paths, several with commas between them, all below one that stands before a `|`.
 pub(crate) fn jq(filter: &str, answer: &str) -> String {
     let object: serde_json::Value = serde_json::from_str(answer).unwrap();
-    let paths = filter.strip_prefix("-c ").unwrap_or(filter).trim_matches('\'').split(", ");
-    let shown = paths.map(|path| {
-        let pointer = path.replace('[', ".").replace(']', "").replace('.', "/");
+    let filter = filter.strip_prefix("-c ").unwrap_or(filter).trim_matches('\'');
+    let (below, paths) = filter.split_once(" | ").unwrap_or(("", filter));
+    let shown = paths.split(", ").map(|path| {
+        let pointer = format!("{below}{path}").replace('[', ".").replace(']', "").replace('.', "/");
         format!("{}\n", object.pointer(&pointer).unwrap_or(&serde_json::Value::Null))
     });
     shown.collect()
