@@ -17,5 +17,5 @@ pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEven
 pub use history::RingNews;
 pub use image::SharedImage;
 pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
-pub use master::{EncoderMaster, LeftBit, MasterError};
+pub use master::{Behind, EncoderMaster, LeftBit, MasterError};
 pub use watch::Watch;

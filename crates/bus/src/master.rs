@@ -65,6 +65,22 @@ pub enum MasterError {
     Interrupted,
 }
 
+/// What may be behind a time-out.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Behind {
+    /// The last trouble with the bus.
+    #[error(transparent)]
+    Bus(#[from] BusError),
+    /// OUT was looked at when the time was over, and another master had written it.
+    #[error("OUT holds {out} instead of the {ours} written here: another master writes it")]
+    OtherMaster {
+        /// The OUT word that stands on the bus.
+        out: OutWord,
+        /// What was written last.
+        ours: OutWord,
+    },
+}
+
 /// How a word that no encoder sends is one's, and what to change.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cure(String);
@@ -141,6 +157,8 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     /// The user wanted to when nothing could be given up any more.
     stop_next: bool,
     last_error: Option<BusError>,
+    /// OUT as it stood at the end of the last time-out, and what was written here, if they differ.
+    overwritten: Option<(OutWord, OutWord)>,
     observe: Option<Observe<'a>>,
 }
 
@@ -171,6 +189,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             stops: 0,
             stop_next: false,
             last_error: None,
+            overwritten: None,
             observe: None,
         };
         let mut standing = master.read_out()?;
@@ -190,10 +209,11 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.observe = Some(Box::new(observe));
     }
 
-    /// The last trouble with the bus: what may be behind a time-out.
+    /// What may be behind the last time-out: another master, else the last trouble with the bus.
     #[must_use]
-    pub const fn last_error(&self) -> Option<&BusError> {
-        self.last_error.as_ref()
+    pub fn behind(&self) -> Option<Behind> {
+        let other = self.overwritten.map(|(out, ours)| Behind::OtherMaster { out, ours });
+        other.or_else(|| self.last_error.clone().map(Behind::Bus))
     }
 
     /// The bus.
@@ -263,6 +283,13 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             None if out.service_bit() => Err(MasterError::OtherMaster { out }),
             _ => Ok(()),
         }
+    }
+
+    /// OUT, and what was written here, if another master has written it meanwhile.
+    fn overwritten_now(&mut self) -> Option<(OutWord, OutWord)> {
+        let (ours, out) = (self.written?, self.bus.out(self.position).ok()?);
+        // A gateway may have let its outputs fall.
+        (out != ours && out != OutWord(0)).then_some((out, ours))
     }
 
     /// Refuses to write where IN shows what no encoder sends: OUT would be written as wrongly as IN is read.
@@ -480,6 +507,9 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             let (next, outcome) = self.session.cycle(self.bus.now(), seen);
             out = next;
             if let Some(outcome) = outcome {
+                if matches!(outcome, Outcome::TimedOut(_)) {
+                    self.overwritten = self.overwritten_now();
+                }
                 return Ok(outcome);
             }
             if self.in_a_hurry()

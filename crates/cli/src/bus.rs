@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use encoring_bus::{Bus, BusError, Cause, EncoderMaster, Link};
+use encoring_bus::{Behind, Bus, BusError, Cause, EncoderMaster, Link};
 use encoring_encoder::Unit;
 use encoring_modbus::address::DiagnosisPlaces;
 use encoring_modbus::{Address, Client};
@@ -296,14 +296,15 @@ impl Opened {
     ) -> Result<T, Failure> {
         let stop = self.stop();
         let place = self.place();
-        let failure =
-            |failed: &Failed, behind| FailureView::new(failed, target, behind).at(&place).into_failure();
+        let failure = |failed: &Failed, behind: Option<Behind>| {
+            FailureView::new(failed, target, behind.as_ref()).at(&place).into_failure()
+        };
         let mut master = EncoderMaster::new(&mut *self.bus, target.position, target.patience, stop)
             .map_err(|error| failure(&Failed::Bus(error), None))?;
         self.interrupt.serving(target.position, master.left());
         let worked = work(&mut master);
         self.left = master.withdraw().map(|out| (target.position, out));
-        worked.map_err(|failed| failure(&failed, master.last_error()))
+        worked.map_err(|failed| failure(&failed, master.behind()))
     }
 
     /// Closes the ring and prints the report, with the service bit that was left if there is one; then the answer is not

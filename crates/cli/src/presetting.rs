@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use encoring_bus::BusError;
+use encoring_bus::Behind;
 use encoring_bus::master::MasterError;
 use encoring_host::preset::{Done, Preset, PresetReport, position};
 use encoring_host::service::check;
@@ -111,7 +111,7 @@ impl Presetting {
         }
         let view = opened.serve(target, |master| {
             let report = preset.adjust(master);
-            Ok(self.told(target, &report, master.last_error(), moves))
+            Ok(self.told(target, &report, master.behind().as_ref(), moves))
         })?;
         let failure = view.failure.map(|failure| failure.at(&opened.place()));
         Ok(PresetView { failure, ..view })
@@ -154,7 +154,7 @@ impl Presetting {
         self,
         target: Target,
         report: &PresetReport<MasterError>,
-        behind: Option<&BusError>,
+        behind: Option<&Behind>,
         moves: Option<String>,
     ) -> PresetView {
         let failure = report.result.as_ref().err().map(|failed| FailureView::new(failed, target, behind));

@@ -101,11 +101,14 @@ struct Programming<'a> {
 impl Programming<'_> {
     fn run(&self, opened: &mut Opened, program: Program) -> Result<ProgramView, Failure> {
         let Self { how, target, .. } = *self;
-        let mut prepared = opened.serve(target, |master| Ok(program.prepare(master)))?;
+        let (mut prepared, behind) =
+            opened.serve(target, |master| Ok((program.prepare(master), master.behind())))?;
         if how.dry_run {
             let backup = self.asked_backup(opened, &prepared)?;
             let earlier = self.earlier(&prepared);
-            return Ok(ProgramView::planned(target, &prepared, backup).after(earlier.as_ref()));
+            return Ok(
+                ProgramView::planned(target, &prepared, behind.as_ref(), backup).after(earlier.as_ref())
+            );
         }
         if needs_check(&prepared) {
             let question = format!("{} It comes first: an error is pending.", self.check_question());
@@ -128,7 +131,8 @@ impl Programming<'_> {
         }
         let report = opened.serve(target, |master| {
             let report = if check { prepared.run_checked(master) } else { prepared.run(master) };
-            Ok((ProgramView::done(target, &report, master.last_error(), backup), report))
+            let behind = master.behind().or(behind);
+            Ok((ProgramView::done(target, &report, behind.as_ref(), backup), report))
         });
         let (view, report) = report?;
         if check {
@@ -154,7 +158,7 @@ impl Programming<'_> {
         }
         let done = opened.serve(target, |master| {
             let report = prepared.run(master);
-            Ok((ProgramView::done(target, &report, master.last_error(), backup), report))
+            Ok((ProgramView::done(target, &report, master.behind().as_ref(), backup), report))
         });
         // What failed to begin has written nothing.
         let report = done.as_ref().ok().map(|(_, report)| report);

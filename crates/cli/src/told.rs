@@ -4,7 +4,7 @@ use std::fmt;
 
 use encoring_bus::master::MasterError;
 use encoring_bus::watch::{Poll, Watch};
-use encoring_bus::{Bus, BusError, RingNews};
+use encoring_bus::{Behind, Bus, BusError, RingNews};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
@@ -314,7 +314,7 @@ const fn fate(fate: Fate) -> (&'static str, &'static str) {
 }
 
 impl FailureView {
-    pub(crate) fn new(failed: &Failed, target: Target, behind: Option<&BusError>) -> Self {
+    pub(crate) fn new(failed: &Failed, target: Target, behind: Option<&Behind>) -> Self {
         match *failed {
             ServiceFailure::Request(error) => Self::told("not_sent", Ends::BadInput, vec![error.to_string()]),
             ServiceFailure::Refused(refusal) => Self::refused(refusal, target),
@@ -371,7 +371,7 @@ impl FailureView {
         }
     }
 
-    fn timed_out(request: Request, timed_out: TimedOut, behind: Option<&BusError>) -> Self {
+    fn timed_out(request: Request, timed_out: TimedOut, behind: Option<&Behind>) -> Self {
         let TimedOut { waited_for, fate: known, .. } = timed_out;
         let (carried_out, known) = fate(known);
         let mut text = vec![format!("no answer to {}: {timed_out}", named(request)), known.to_owned()];
@@ -383,7 +383,11 @@ impl FailureView {
             );
         }
         let of_bus = behind.map(|_| text.len());
-        text.extend(behind.map(BusError::to_string));
+        text.extend(behind.map(Behind::to_string));
+        let ends = match behind {
+            Some(Behind::OtherMaster { .. }) => Ends::Refused,
+            _ => Ends::NoAnswer,
+        };
         Self {
             of_bus,
             out: Some(request.word().to_string()),
@@ -393,7 +397,7 @@ impl FailureView {
                 WaitedFor::End => "end",
             }),
             carried_out: Some(carried_out),
-            ..Self::told("timed_out", Ends::NoAnswer, text)
+            ..Self::told("timed_out", ends, text)
         }
     }
 

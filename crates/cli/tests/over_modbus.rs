@@ -14,7 +14,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicI64, Ordering};
+use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
@@ -96,6 +96,32 @@ impl Counter {
         });
         Self { address, left, reached }
     }
+}
+
+/// A way to a server beside a PLC that writes the OUT word of position 0 before each request from this one on; with the
+/// number of requests so far.
+fn beside_a_plc(server: String, from: u64) -> (String, Arc<AtomicU64>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let count = Arc::new(AtomicU64::new(0));
+    let counter = Arc::clone(&count);
+    thread::spawn(move || {
+        for client in listener.incoming().flatten() {
+            let [mut server, mut plc] = [(); 2].map(|()| TcpStream::connect(&server).unwrap());
+            let counter = Arc::clone(&counter);
+            thread::spawn(move || {
+                pass_on(client, &mut server, || {
+                    if counter.fetch_add(1, Ordering::SeqCst) >= from {
+                        // Function 16, registers 0 and 1: 00000001h.
+                        plc.write_all(&[0, 1, 0, 0, 0, 11, 1, 16, 0, 0, 0, 2, 4, 0, 0, 0, 1]).unwrap();
+                        assert_eq!(frame(&mut plc).unwrap()[7], 16);
+                    }
+                    true
+                });
+            });
+        }
+    });
+    (address, count)
 }
 
 /// Frames of Modbus TCP, as long as `go_on` says so.
@@ -207,6 +233,37 @@ fn what_ten_kills_left_is_named_by_the_next_command_and_repaired_by_restore() {
     println!("killed at request, of {whole}: {}", told.join(", "));
     assert!(told.iter().any(|told| told.ends_with("part_written")), "{told:?}");
     assert!(told.iter().any(|told| told.ends_with("all_written")), "{told:?}");
+}
+
+#[test]
+fn a_plc_that_writes_out_beside_replace_is_said_before_and_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path(), "ce-65-m");
+    let of = |address: &str| format!("modbus-tcp://{address}?settle_ms=5&timeout_ms=600");
+    let mut user = User { bus: of(&sim.address), folder };
+    user.run("backup factory.toml --model ce-65-m --mark here", 0);
+    user.run("program --model ce-65-m --yes --no-backup rotary --steps-per-turn 1000 --turns 3.5", 0);
+    user.run("backup axis.toml --model ce-65-m --mark here", 0);
+    user.run("restore factory.toml --yes --no-backup", 0);
+    let replace = "replace --from axis.toml --yes --no-backup --patience 2s --set-at here";
+    // How many requests a whole one makes.
+    let (address, requests) = beside_a_plc(sim.address.clone(), u64::MAX);
+    user.bus = of(&address);
+    user.run(replace, 0);
+    let whole = requests.load(Ordering::SeqCst);
+    // From the first request on, in the middle of the values, and at the zero.
+    for from in [0, whole / 2, whole * 19 / 20] {
+        user.bus = of(&sim.address);
+        user.run("restore factory.toml --yes --no-backup", 0);
+        user.bus = of(&beside_a_plc(sim.address.clone(), from).0);
+        let told = user.run(replace, 1);
+        assert!(told.contains("the PLC must not write it meanwhile"), "{told}");
+        assert!(told.contains("OUT holds 00000001 instead of"), "{from} of {whole}: {told}");
+        assert!(told.contains("another master writes it"), "{from} of {whole}: {told}");
+        // When the PLC is quiet the same command goes on from there.
+        user.bus = of(&sim.address);
+        assert!(user.run(replace, 0).contains("position now:"), "{from} of {whole}");
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use encoring_bus::BusError;
+use encoring_bus::Behind;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Back, ParameterRow, Prepared, Report, Stopped};
 use encoring_host::service::Check;
@@ -104,7 +104,12 @@ impl ProgramView {
     }
 
     /// What would be written.
-    pub(super) fn planned(target: Target, prepared: &Prepared<MasterError>, backup: Option<String>) -> Self {
+    pub(super) fn planned(
+        target: Target,
+        prepared: &Prepared<MasterError>,
+        behind: Option<&Behind>,
+        backup: Option<String>,
+    ) -> Self {
         let rows: Vec<_> = prepared.rows().collect();
         let mut view = Self::new(target, &rows, prepared.earlier());
         view.result = "planned";
@@ -115,7 +120,7 @@ impl ProgramView {
         view.before = shown(prepared.shown(), code(&rows, |row| row.before, target.model));
         view.backup = backup;
         match prepared.stopped() {
-            Some(stopped) => view.stopped(stopped, target, &rows, None),
+            Some(stopped) => view.stopped(stopped, target, &rows, behind),
             None if prepared.is_programmed() => view.text.push("everything is programmed already".to_owned()),
             None => {}
         }
@@ -128,7 +133,7 @@ impl ProgramView {
     pub(super) fn done(
         target: Target,
         report: &Report<MasterError>,
-        behind: Option<&BusError>,
+        behind: Option<&Behind>,
         backup: Option<String>,
     ) -> Self {
         let model = target.model;
@@ -196,7 +201,7 @@ impl ProgramView {
         stopped: &Stopped<MasterError>,
         target: Target,
         rows: &[&ParameterRow],
-        behind: Option<&BusError>,
+        behind: Option<&Behind>,
     ) {
         self.answer = Answer::No;
         match *stopped {
