@@ -1,0 +1,174 @@
+//! Ctrl-C, pressed again, ends every command whatever the gateway does.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    missing_docs,
+    reason = "a test may panic"
+)]
+
+use std::io::{self, BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
+
+/// Longer than any command may take after the second Ctrl-C, also on a machine that is busy.
+const PRESSED_MAX: u32 = 50;
+const BETWEEN: Duration = Duration::from_millis(200);
+
+/// A simulated ring behind a gateway with a fault; it ends with the test.
+struct Gateway(Child, String);
+
+impl Gateway {
+    fn start(fault: &str) -> Self {
+        let options = ["sim", "--modbus", "0", "--format", "json", "--gateway-fault", fault];
+        let mut sim = Command::new(PROGRAM).args(options).stdout(Stdio::piped()).spawn().unwrap();
+        let mut first = String::new();
+        BufReader::new(sim.stdout.as_mut().unwrap()).read_line(&mut first).unwrap();
+        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        Self(sim, listening["modbus"].as_str().unwrap().to_owned())
+    }
+}
+
+impl Drop for Gateway {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// What passes between a command and its gateway.
+#[derive(Debug, PartialEq, Eq)]
+enum Passed {
+    Connection,
+    Request,
+}
+
+/// Passes everything on, and tells of it.
+fn between(gateway: String) -> (String, Receiver<Passed>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let (tell, told) = channel();
+    thread::spawn(move || {
+        for client in listener.incoming() {
+            let (Ok(client), Ok(server)) = (client, TcpStream::connect(&gateway)) else { return };
+            let _ = tell.send(Passed::Connection);
+            let back = (server.try_clone().unwrap(), client.try_clone().unwrap());
+            let tell = tell.clone();
+            thread::spawn(move || pass(client, server, Some(&tell)));
+            thread::spawn(move || pass(back.0, back.1, None));
+        }
+    });
+    (address, told)
+}
+
+fn pass(mut from: TcpStream, mut to: TcpStream, tell: Option<&Sender<Passed>>) {
+    let mut bytes = [0; 1024];
+    while let Ok(count @ 1..) = from.read(&mut bytes) {
+        let whole: io::Result<()> = bytes.get(..count).map_or(Ok(()), |bytes| to.write_all(bytes));
+        if whole.is_err() {
+            break;
+        }
+        let _ = tell.map(|tell| tell.send(Passed::Request));
+    }
+    let _ = to.shutdown(Shutdown::Both);
+}
+
+/// Presses Ctrl-C until the command has ended: the system makes one of two that come too close together.
+fn pressed_until_it_ends(mut command: Child) -> Option<ExitStatus> {
+    let id = command.id().to_string();
+    let (tell, told) = channel();
+    thread::spawn(move || tell.send(command.wait().unwrap()));
+    for _ in 0..PRESSED_MAX {
+        // Where it fails the command has just ended.
+        let pressed = Command::new("kill").args(["-INT", &id]).stderr(Stdio::null()).status().unwrap();
+        if !pressed.success() {
+            return told.recv().ok();
+        }
+        if let Ok(status) = told.recv_timeout(BETWEEN) {
+            return Some(status);
+        }
+    }
+    let _ = Command::new("kill").args(["-KILL", &id]).status();
+    None
+}
+
+/// Begins a command, waits until it is in the midst of the fault, and ends it.
+fn interrupt(fault: &str, command: &str, folder: &Path) {
+    let gateway = Gateway::start(fault);
+    let (address, passed) = between(gateway.1.clone());
+    // Without Ctrl-C it would wait for minutes.
+    let bus = format!("modbus-tcp://{address}?timeout_ms=60000");
+    let mut program = Command::new(PROGRAM);
+    program.env("XDG_STATE_HOME", folder).current_dir(folder).args(command.split(' '));
+    match command {
+        "probe" => program.arg(&bus),
+        _ => program.args(["--bus", &bus, "--at", "0"]),
+    };
+    let serves = command.contains("--patience");
+    if serves || command.starts_with("watch") || command.starts_with("log") {
+        program.args(["--model", "la-66"]);
+    }
+    let child = program.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    // A gateway that dies does so with the first service; then the command connects again.
+    let awaited = if fault == "dead" && serves {
+        [Passed::Connection, Passed::Connection]
+    } else {
+        [Passed::Connection, Passed::Request]
+    };
+    for awaited in awaited {
+        assert!(passed.iter().any(|passed| passed == awaited), "{command} on {fault}: no {awaited:?}");
+    }
+    let ended = pressed_until_it_ends(child);
+    let ended = ended.unwrap_or_else(|| panic!("{command} on {fault} does not end"));
+    assert!(ended.code().is_some(), "{command} on {fault}: killed by a signal instead of ended: {ended}");
+    if serves {
+        assert_eq!(ended.code(), Some(3), "{command} on {fault}");
+    }
+}
+
+const COMMANDS: [&str; 8] = [
+    "check --yes --patience 600s",
+    "preset 7 --yes --patience 600s",
+    "write measuring-length 9999 --yes --no-backup --patience 600s",
+    "read 02 --patience 600s",
+    "watch",
+    "log log.csv",
+    "probe",
+    "release --yes",
+];
+
+fn every_command(fault: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    thread::scope(|scope| {
+        for command in COMMANDS {
+            let folder = folder.path();
+            scope.spawn(move || interrupt(fault, command, folder));
+        }
+    });
+}
+
+#[test]
+fn ctrl_c_twice_ends_every_command_on_a_gateway_that_does_not_answer() {
+    every_command("silent");
+}
+
+#[test]
+fn ctrl_c_twice_ends_every_command_on_a_gateway_that_answers_after_a_minute() {
+    every_command("late=60000");
+}
+
+#[test]
+fn ctrl_c_twice_ends_every_command_on_a_gateway_that_carries_out_and_says_nothing() {
+    every_command("drop");
+}
+
+#[test]
+fn ctrl_c_twice_ends_every_command_on_a_gateway_that_has_died() {
+    every_command("dead");
+}
