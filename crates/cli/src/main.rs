@@ -24,6 +24,7 @@ mod probe;
 mod program;
 mod programming;
 mod read;
+mod referee;
 mod registers;
 mod release;
 mod replace;
@@ -87,6 +88,6 @@ commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
     Backup backup, Restore restore, Replace replace,
-    Watch watch, Log log, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
+    Watch watch, Log log, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

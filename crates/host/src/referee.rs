@@ -24,7 +24,7 @@ use self::cadence::Cadence;
 use self::habits::Habits;
 use self::movement::Movement;
 use self::rule::{BUS_RESET, ERROR_SEEN, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
-pub use self::rule::{HandshakeRule, RULES, Severity, Sight, Vantage};
+pub use self::rule::{HandshakeRule, RULES, RuleCertainty, Severity, Vantage};
 
 /// What was written to an OUT word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -239,6 +239,11 @@ impl Referee {
         }
     }
 
+    /// From now on every write is seen too.
+    pub const fn sees_writes(&mut self) {
+        self.vantage = Vantage::Writes;
+    }
+
     /// Takes what was seen.
     pub fn observe(&mut self, seen: Observed) {
         let (Observed::Cycle { at, .. } | Observed::Write { at, .. }) = seen;
@@ -285,7 +290,7 @@ impl Referee {
                 | HandshakeRule::PresetRepeated => false,
                 _ => !self.input_seen,
             };
-            unseen || rule.certainty(self.vantage) == Sight::NotJudged
+            unseen || rule.certainty(self.vantage) == RuleCertainty::NotJudged
         })
     }
 
@@ -325,11 +330,11 @@ impl Referee {
     }
 
     /// The same, no surer than `sure`.
-    fn found_as(&mut self, rule: HandshakeRule, sure: Sight, at: Instant, out: OutWord) {
+    fn found_as(&mut self, rule: HandshakeRule, sure: RuleCertainty, at: Instant, out: OutWord) {
         let verdict = match (rule.certainty(self.vantage), sure) {
-            (Sight::NotJudged, _) | (_, Sight::NotJudged) => return,
+            (RuleCertainty::NotJudged, _) | (_, RuleCertainty::NotJudged) => return,
             _ if rule.severity() == Severity::Note => Ruling::Note,
-            (Sight::Certain, Sight::Certain) => Ruling::Broken,
+            (RuleCertainty::Certain, RuleCertainty::Certain) => Ruling::Broken,
             _ => Ruling::Suspected,
         };
         let input = self.input;
@@ -483,7 +488,7 @@ impl Referee {
             needless |= model.effect() == Effect::AtOnce;
         }
         if needed {
-            let sure = if needless { Sight::Suspected } else { Sight::Certain };
+            let sure = if needless { RuleCertainty::Suspected } else { RuleCertainty::Certain };
             self.found_as(HandshakeRule::NoDataCheck, sure, at, out);
         }
     }

@@ -105,10 +105,19 @@ pub enum CycleSeen {
 }
 
 impl CycleSeen {
+    /// Its name in a cell.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Good => "good",
+            Self::Bad => "bad",
+            Self::Silent => "silent",
+        }
+    }
+
     fn named(cell: &[u8]) -> Option<Self> {
-        let names: [(&[u8], Self); 3] =
-            [(b"good", Self::Good), (b"bad", Self::Bad), (b"silent", Self::Silent)];
-        names.into_iter().find(|(name, _)| cell.eq_ignore_ascii_case(name)).map(|(_, cycle)| cycle)
+        let all = [Self::Good, Self::Bad, Self::Silent];
+        all.into_iter().find(|cycle| cell.eq_ignore_ascii_case(cycle.name().as_bytes()))
     }
 }
 

@@ -228,7 +228,7 @@ impl<R: Read> Trace<R> {
 }
 
 /// A comment without the empty cells and the quotes of a spreadsheet.
-fn comment(mut line: &[u8]) -> &[u8] {
+pub(crate) fn comment(mut line: &[u8]) -> &[u8] {
     while let [before @ .., b',' | b';' | b'\t'] = line {
         line = before;
     }
@@ -240,7 +240,7 @@ fn comment(mut line: &[u8]) -> &[u8] {
 
 /// The cells without their quotes. No cell may hold a comma or a quote, so what else CSV allows in quotes
 /// comes to an error here too.
-fn cells(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(crate) fn cells(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = Some(line);
     iter::from_fn(move || {
         let (cell, behind) = rest?.split_at_checked(before_comma(rest?))?;
@@ -279,7 +279,7 @@ fn columns(header: &[u8]) -> Option<Vec<Column>> {
     Some(columns)
 }
 
-fn in_order(previous_ns: Option<u64>, time_ns: u64) -> Result<(), Problem> {
+pub(crate) fn in_order(previous_ns: Option<u64>, time_ns: u64) -> Result<(), Problem> {
     match previous_ns {
         Some(previous_ns) if time_ns < previous_ns => Err(Problem::Backwards { time_ns, previous_ns }),
         _ => Ok(()),
@@ -353,6 +353,6 @@ fn ends(cells: usize) -> impl Iterator<Item = u8> {
     (1..=cells).map(move |cell| if cell < cells { b',' } else { b'\n' })
 }
 
-fn refusal(problem: Problem) -> io::Error {
+pub(crate) fn refusal(problem: Problem) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidInput, problem)
 }

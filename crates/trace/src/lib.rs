@@ -31,7 +31,7 @@
 //! `# device POSITION MODEL key=value ... memory=HEX` for each encoder comes before the header, which has
 //! the column `position`.
 //!
-//! A [`log`] is what was seen on a bus, for days; it is read as a trace is, with words as `0xC200270F`. A [`wave`] is
+//! What was seen on a [`bus`], with every write, has columns of its own. A [`log`] is what was seen on a bus, for days; it is read as a trace is, with words as `0xC200270F`. A [`wave`] is
 //! signals over time, for waveform viewers. A [`capture`] is what a logic analyser saw.
 //!
 //! ```
@@ -51,6 +51,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub mod bus;
 pub mod capture;
 mod columns;
 mod csv;

@@ -35,6 +35,11 @@ impl TableArguments {
         if self.decimal { Bare::Decimal } else { Bare::Hexadecimal }
     }
 
+    /// Whether nothing is said about a table.
+    pub(crate) const fn says_nothing(&self) -> bool {
+        self.columns.is_none() && self.period.is_none() && !self.decimal
+    }
+
     /// Reads a trace, a recording, a log or a table up to its header, and says what was assumed.
     pub(crate) fn reader<R: Read>(&self, name: &str, source: R) -> Result<Reader<R>, Failure> {
         let layout = TableLayout {

@@ -6,6 +6,7 @@ mod decode;
 mod json;
 mod master;
 mod program;
+mod referee;
 mod replay;
 mod ring;
 mod ssi;

@@ -2,7 +2,8 @@
 
 use super::{
     Access, By, DATA, ERROR_BIT, ERROR_SEEN, ErrorSeen, HandshakeRule, InWord, Instant, Out, OutWord,
-    RESERVE_BIT, Referee, Service, ServiceFields, ServiceNumber, Sight, Standing, Vantage, WITHDRAWAL,
+    RESERVE_BIT, Referee, RuleCertainty, Service, ServiceFields, ServiceNumber, Standing, Vantage,
+    WITHDRAWAL,
 };
 use encoring_words::ErrorStatus;
 
@@ -69,7 +70,7 @@ impl Referee {
         self.services = self.services.saturating_add(1);
         let together = (before.0 ^ after.0) & meant(after) != 0;
         let mut standing = Standing::new(after, at, by, together);
-        if self.ending && HandshakeRule::NextBeforeEnd.certainty(self.vantage) != Sight::NotJudged {
+        if self.ending && HandshakeRule::NextBeforeEnd.certainty(self.vantage) != RuleCertainty::NotJudged {
             standing.spoiled = true;
             self.found(HandshakeRule::NextBeforeEnd, at, after);
         }
@@ -125,7 +126,7 @@ impl Referee {
             self.found(HandshakeRule::ForeignReply, at, word);
         } else if within(standing.rose) {
             let reset = self.vantage == Vantage::Exchanges && after == OutWord(0);
-            let sure = if reset { Sight::Suspected } else { Sight::Certain };
+            let sure = if reset { RuleCertainty::Suspected } else { RuleCertainty::Certain };
             self.found_as(HandshakeRule::DroppedBeforeAcknowledgement, sure, at, word);
         } else {
             self.found(HandshakeRule::Withdrawn, at, word);

@@ -31,7 +31,7 @@ impl Vantage {
 
 /// How sure a rule is from a vantage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sight {
+pub enum RuleCertainty {
     /// What it names has happened.
     Certain,
     /// A right program could look the same.
@@ -115,8 +115,8 @@ macro_rules! rules {
 
             /// How sure it is from a vantage, at best.
             #[must_use]
-            pub const fn certainty(self, vantage: Vantage) -> Sight {
-                use Sight::{Certain, NotJudged, Suspected};
+            pub const fn certainty(self, vantage: Vantage) -> RuleCertainty {
+                use RuleCertainty::{Certain, NotJudged, Suspected};
                 let [writes, cycles, exchanges, log] = match self { $(Self::$rule => [$w, $c, $x, $p],)* };
                 match vantage {
                     Vantage::Writes => writes,

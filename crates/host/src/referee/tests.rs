@@ -91,10 +91,10 @@ fn breaks(rule: HandshakeRule, trace: impl Fn(&mut Bench)) {
         let mut bench = Bench::seen(vantage);
         trace(&mut bench);
         let wanted: Vec<_> = match (rule.certainty(vantage), rule.severity()) {
-            (Sight::NotJudged, _) => std::vec![],
+            (RuleCertainty::NotJudged, _) => std::vec![],
             (_, Severity::Note) => std::vec![(rule, Ruling::Note)],
-            (Sight::Certain, _) => std::vec![(rule, Ruling::Broken)],
-            (Sight::Suspected, _) => std::vec![(rule, Ruling::Suspected)],
+            (RuleCertainty::Certain, _) => std::vec![(rule, Ruling::Broken)],
+            (RuleCertainty::Suspected, _) => std::vec![(rule, Ruling::Suspected)],
         };
         assert_eq!(bench.found(), wanted, "{vantage:?}");
     }

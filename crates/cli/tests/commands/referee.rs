@@ -1,0 +1,149 @@
+//! `encoring referee`: every kind of input, both outputs, and what is refused.
+
+use super::{Run, encoring, refused};
+use serde_json::Value;
+
+/// A log of a write of 9999 to the measuring length. Between its rows lie 10 ms.
+fn log(rows: &[(&str, &str)]) -> String {
+    let mut log = "time_ms,out,in\n".to_owned();
+    for (k, (out, input)) in rows.iter().enumerate() {
+        log += &format!("{},{out},{input}\n", k * 10);
+    }
+    log
+}
+
+const RIGHT: [(&str, &str); 6] = [
+    ("00000000", "00000064"),
+    ("0200270F", "00000064"),
+    ("8200270F", "00000064"),
+    ("8200270F", "8200270F"),
+    ("0200270F", "8200270F"),
+    ("0200270F", "00000064"),
+];
+
+fn judged(arguments: &[&str], trace: &str) -> (Option<i32>, Vec<Value>) {
+    let all = [&["referee", "-", "--format", "json"][..], arguments].concat();
+    let Run { code, out, .. } = encoring(&all, trace.as_bytes());
+    (code, out.lines().map(|line| serde_json::from_str(line).unwrap()).collect())
+}
+
+#[test]
+fn a_right_log_has_no_finding_and_says_what_was_not_judged() {
+    let (code, lines) = judged(&["--model", "ce-65-m"], &log(&RIGHT));
+    assert_eq!((code, lines.len()), (Some(0), 1), "{lines:?}");
+    assert_eq!(
+        lines[0],
+        serde_json::json!({"not_judged": ["torn_words", "next_before_end", "stale_service_bit"], "seen_from": "p"})
+    );
+}
+
+#[test]
+fn a_finding_has_every_key_of_the_document() {
+    let mut rows = RIGHT;
+    rows[1].0 = "00000000";
+    let (code, lines) = judged(&["--model", "ce-65-m"], &log(&rows));
+    // A log sees it only as suspected.
+    assert_eq!(code, Some(0));
+    assert_eq!(
+        lines[0],
+        serde_json::json!({
+            "rule": "data_with_service_bit", "verdict": "suspected", "severity": "error", "position": 0,
+            "first_us": 20_000, "last_us": 20_000, "count": 1, "out": "8200270F", "in": "8200270F",
+            "statement": "R33", "seen_from": "p",
+            "advice": "put out number and data with service bit 0, and raise the bit one PLC cycle later",
+        })
+    );
+}
+
+#[test]
+fn a_certain_error_is_exit_code_1_and_no_service_is_3() {
+    let mut rows = RIGHT;
+    for row in &mut rows[1..] {
+        row.0 = if row.0.starts_with('8') { "87000000" } else { "07000000" };
+        row.1 = if row.1.starts_with('8') { "A7000000" } else { "00000064" };
+    }
+    let (code, lines) = judged(&[], &log(&rows));
+    assert_eq!(
+        (code, &lines[0]["rule"], &lines[0]["verdict"]),
+        (Some(1), &"unknown_service".into(), &"broken".into())
+    );
+    let (code, lines) = judged(&[], &log(&RIGHT[..2]));
+    assert_eq!((code, lines.len()), (Some(3), 1));
+}
+
+/// What a ring sees of a word that is written in halves, the one with the service bit first.
+const TORN: &str = "\
+# encoring-bus 1
+time_us,position,event,out,in,line,client,half,value
+1000,2,cycle,00000000,00000064,good,,,
+1100,2,write,,,,4,high,C600
+2000,2,cycle,C6000000,00000064,good,,,
+2100,2,write,,,,4,low,0005
+3000,2,cycle,C6000005,C6000000,good,,,
+4000,2,write,,,,4,both,46000005
+5000,2,cycle,46000005,00000000,good,,,
+";
+
+#[test]
+fn single_writes_show_a_torn_word_and_cycles_alone_do_not() {
+    let (code, lines) = judged(&["--model", "ce-65-m"], TORN);
+    assert_eq!((code, lines.len()), (Some(1), 2), "{lines:?}");
+    assert_eq!((&lines[0]["rule"], &lines[0]["position"]), (&"torn_words".into(), &2.into()));
+    assert_eq!(lines[1], serde_json::json!({"not_judged": [], "seen_from": "w"}));
+    let cycles: String =
+        TORN.lines().filter(|line| !line.contains("write")).map(|line| format!("{line}\n")).collect();
+    let (_, lines) = judged(&["--model", "ce-65-m"], &cycles);
+    assert!(lines.iter().all(|line| line["rule"] != "torn_words"), "{lines:?}");
+    assert_eq!(lines.last().unwrap(), &serde_json::json!({"not_judged": ["torn_words"], "seen_from": "c"}));
+}
+
+#[test]
+fn a_table_with_a_column_line_is_seen_from_the_cycles() {
+    let mut table = "time_ms,out,in,line\n".to_owned();
+    for (k, (out, input)) in RIGHT.iter().enumerate() {
+        table += &format!("{},{out},{input},good\n", k * 10);
+    }
+    let (code, lines) = judged(&[], &table);
+    assert_eq!((code, &lines[0]["seen_from"]), (Some(0), &"c".into()));
+    let (_, lines) = judged(&["--seen-from", "c"], &log(&RIGHT));
+    assert_eq!(
+        lines[0],
+        serde_json::json!({"not_judged": ["torn_words", "stale_service_bit"], "seen_from": "c"})
+    );
+}
+
+#[test]
+fn a_recording_of_the_simulator_is_seen_from_the_exchanges() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("ring.csv").to_str().unwrap().to_owned();
+    let arguments = ["sim", "--for", "50ms", "--speed", "max", "--modbus", "off", "--record", &file];
+    assert_eq!(encoring(&arguments, b"").code, Some(0));
+    let Run { code, out, .. } = encoring(&["referee", &file], b"");
+    assert_eq!(code, Some(3));
+    assert_eq!(
+        out,
+        "no service was seen\nnot judged from here (x): torn_words, next_before_end, stale_service_bit\n"
+    );
+}
+
+#[test]
+fn what_cannot_be_judged_at_all_is_refused_with_its_place() {
+    let bad = TORN.replace("2000,2,cycle", "2000,2,bicycle");
+    refused(
+        &["referee", "-"],
+        bad.as_bytes(),
+        "error: standard input line 5, column event: \"bicycle\" is not cycle or write",
+    );
+    refused(
+        &["referee", "-", "--seen-from", "c"],
+        TORN.as_bytes(),
+        "error: standard input says itself what its columns are and where it was taken; leave --columns, --decimal, \
+         --period and --seen-from out",
+    );
+    let backwards = TORN.replace("5000,2", "500,2");
+    refused(
+        &["referee", "-"],
+        backwards.as_bytes(),
+        "error: standard input line 9, column time_us: 500 is before 4000, the time of the previous row",
+    );
+}
