@@ -48,6 +48,7 @@ const OUTPUTS: &[&str] = &[
     "scan --bus sim --fault jumper:1",
     "decode --master 00E4 0380",
     concat!("replay --model ce-100-m ", env!("CARGO_MANIFEST_DIR"), "/../../vectors/ce-65-m-8192.csv"),
+    concat!("referee ", env!("CARGO_MANIFEST_DIR"), "/../../vectors/ce-65-m-travel.csv"),
     "sheet all",
     "ring cycle-time --encoders 3",
     "ssi encode 9999 --bits 25 --code gray",
@@ -59,7 +60,7 @@ const OUTPUTS: &[&str] = &[
 ];
 
 /// What runs without the bench's ring and its memories.
-const ALONE: [&str; 7] = ["calc", "decode", "replay", "sheet", "ring", "ssi", "scan"];
+const ALONE: [&str; 8] = ["calc", "decode", "replay", "referee", "sheet", "ring", "ssi", "scan"];
 
 /// What prints no numbers of an encoder or runs until it is ended; `log` writes files, and `probe` has a test of its own.
 const ELSEWHERE: [&str; 5] = ["completions", "help", "sim", "log", "probe"];

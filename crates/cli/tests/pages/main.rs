@@ -76,9 +76,8 @@ fn every_printed_output_is_what_the_command_says() {
 fn jobs(readme: &str) -> Vec<String> {
     let rows = readme.lines().skip_while(|line| *line != "## Which job is yours").skip(1);
     let rows = rows.take_while(|line| !line.starts_with("## ")).filter(|line| line.starts_with("| "));
-    let spans = rows
-        .filter_map(|row| row.split(" | ").nth(1))
-        .flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    let spans =
+        rows.filter_map(|row| row.split(" | ").nth(1)).flat_map(|cell| cell.split('`').skip(1).step_by(2));
     spans.filter(|span| span.starts_with("encoring ")).map(str::to_owned).collect()
 }
 
