@@ -434,7 +434,7 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
         (
             vec!["twice.toml"],
             "error: twice.toml line 5: unknown field `length`, expected one of `position`, `model`, `rod_mm`, \
-             `native`, `firmware`, `service_times`, `zero_loss`, `stale_service`, `motion`\n"
+             `native`, `firmware`, `service_times`, `zero_loss`, `stale_service`, `motion`, `ssi`\n"
                 .to_owned(),
         ),
     ] {
