@@ -30,11 +30,14 @@ pub(crate) fn can_be_asked() -> bool {
 
 /// Asks on standard error.
 pub(crate) fn asked(what: &str) -> Result<(), Failure> {
-    let mut terminal = io::stderr();
-    write!(terminal, "{what}\nGo on? [y/N] ")?;
-    terminal.flush()?;
     let mut answer = String::new();
-    asking(|| io::stdin().lock().read_line(&mut answer))?;
+    // A signal may come as soon as the question can be read.
+    asking(|| {
+        let mut terminal = io::stderr();
+        write!(terminal, "{what}\nGo on? [y/N] ")?;
+        terminal.flush()?;
+        io::stdin().lock().read_line(&mut answer)
+    })?;
     match answer.trim() {
         "y" | "Y" | "yes" => Ok(()),
         _ => Err(Failure::Refused("not done: the answer was no".to_owned())),

@@ -80,11 +80,14 @@ impl Dialog {
 
     /// The answer to a question, without spaces around.
     pub(super) fn ask(&self, question: &str) -> Result<String, Failure> {
-        let mut terminal = io::stderr();
-        write!(terminal, "\n{}", wrapped(question, 0))?;
-        terminal.flush()?;
         let mut answer = String::new();
-        let read = asking(|| io::stdin().lock().read_line(&mut answer))?;
+        // A signal may come as soon as the question can be read.
+        let read = asking(|| {
+            let mut terminal = io::stderr();
+            write!(terminal, "\n{}", wrapped(question, 0))?;
+            terminal.flush()?;
+            io::stdin().lock().read_line(&mut answer)
+        })?;
         if read == 0 {
             return Err(Failure::NoAnswer(
                 "the input has ended before all was answered; what was done stands above, and the \
