@@ -98,10 +98,12 @@ fn write_out(address: &str, position: u8, word: u32) {
 const STILL: &str = "version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nrod_mm = 500\n\
                      motion = { kind = \"hold\", raw = 125000 }\n";
 
-/// The lines of a log behind its head of three lines and the columns, without the times.
+/// The whole lines of a log behind its head and the columns, without the times. A line that is being written is left
+/// out.
 fn rows(file: &Path) -> Vec<String> {
     let lines = fs::read_to_string(file).unwrap();
-    let rows = lines.lines().filter(|line| !line.starts_with('#')).skip(1);
+    let whole = lines.rsplit_once('\n').map_or("", |(whole, _)| whole);
+    let rows = whole.lines().filter(|line| !line.starts_with('#')).skip(1);
     rows.map(|row| row.split_once(',').unwrap().1.to_owned()).collect()
 }
 
