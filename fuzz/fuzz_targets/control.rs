@@ -3,8 +3,7 @@
 
 use std::sync::OnceLock;
 
-use encoring_control::Command;
-use encoring_control::verbs::{ID_BYTES_MAX, parse};
+use encoring_station::verbs::{Command, ID_BYTES_MAX, parse};
 use encoring_encoder::Unit;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};

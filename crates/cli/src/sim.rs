@@ -9,14 +9,13 @@ use std::sync::Arc;
 use std::time::Duration as Real;
 
 use clap::Args;
-use encoring_control::Controlled;
 use encoring_encoder::Unit;
 use encoring_files::Existing;
 use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, WordOrder};
 use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
 use encoring_sim::ssi::PlacedReader;
 use encoring_sim::{Scenario, Shown, World};
-use encoring_station::{Keeper, Options, Recorder, RecordingFile, Station};
+use encoring_station::{Controlled, Keeper, Options, Recorder, RecordingFile, Station};
 use encoring_trace::wave::Format as WaveFormat;
 use encoring_words::Duration;
 use tokio::net::TcpListener;

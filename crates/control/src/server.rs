@@ -4,7 +4,8 @@ use std::io;
 use std::pin::pin;
 use std::time::Duration as Real;
 
-use encoring_station::RingStopped;
+use encoring_station::answer::{answer, refusal};
+use encoring_station::{Controlled, RingStopped};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::task::{JoinSet, spawn_blocking};
@@ -12,9 +13,7 @@ use tokio::time::{sleep, timeout};
 use tokio_util::bytes::BytesMut;
 use tokio_util::codec::{Decoder, LinesCodec, LinesCodecError};
 
-use crate::answer::answer;
-use crate::controlled::Controlled;
-use crate::verbs::{self, LINE_BYTES_MAX, Refused};
+use crate::unread::{LINE_BYTES_MAX, Unread, is_object};
 
 /// How many who were refused may be told so at the same time; who comes on top is told nothing.
 const FAREWELLS_MAX: usize = 8;
@@ -68,7 +67,7 @@ pub async fn serve(
                 served.spawn(peer.serve(controlled.clone()));
             }
             Ok((stream, _)) if refused.len() < FAREWELLS_MAX => {
-                let full = Refused::Full { connections: options.connections };
+                let full = Unread::Full { connections: options.connections };
                 refused.spawn(Peer::new(stream, FAREWELL).farewell(full));
             }
             Ok(_) => {}
@@ -115,10 +114,10 @@ impl Peer {
                     // Its thread is lost only with the runtime, and the ring goes with that.
                     spawn_blocking(move || answer(&line, &controlled))
                         .await
-                        .unwrap_or_else(|_| Refused::Stopped(RingStopped).answer())
+                        .unwrap_or_else(|_| refusal(&RingStopped.to_string()))
                 }
-                Err(LinesCodecError::Io(_)) => Refused::NotUtf8.answer(),
-                Err(LinesCodecError::MaxLineLengthExceeded) => return self.farewell(Refused::TooLong).await,
+                Err(LinesCodecError::Io(_)) => Unread::NotUtf8.answer(),
+                Err(LinesCodecError::MaxLineLengthExceeded) => return self.farewell(Unread::TooLong).await,
             };
             if self.write(answer).await.is_err() {
                 return;
@@ -148,7 +147,7 @@ impl Peer {
 
     /// The last answer. What the peer still sends is read and dropped for a while: a connection closed over unread
     /// bytes is reset, and the answer lost.
-    async fn farewell(mut self, refused: Refused) {
+    async fn farewell(mut self, refused: Unread) {
         let last = async {
             self.write(refused.answer()).await?;
             self.stream.shutdown().await?;
@@ -164,11 +163,11 @@ impl Peer {
 /// What is told to a peer whose first line says that it did not mean this port. A browser can be made to send any text
 /// to a port of its own machine, but only behind a first line of its protocol: a request like `POST / HTTP/1.1` or
 /// `OPTIONS rtsp://a RTSP/1.0`, or the bytes of a TLS hello.
-fn stranger(first: &Result<String, LinesCodecError>) -> Option<Refused> {
+fn stranger(first: &Result<String, LinesCodecError>) -> Option<Unread> {
     match first {
-        Ok(line) if verbs::is_object(line) => None,
-        Ok(line) if line.contains(" HTTP/") => Some(Refused::Http),
-        Ok(_) | Err(LinesCodecError::Io(_)) => Some(Refused::Stranger),
-        Err(LinesCodecError::MaxLineLengthExceeded) => Some(Refused::TooLong),
+        Ok(line) if is_object(line) => None,
+        Ok(line) if line.contains(" HTTP/") => Some(Unread::Http),
+        Ok(_) | Err(LinesCodecError::Io(_)) => Some(Unread::Stranger),
+        Err(LinesCodecError::MaxLineLengthExceeded) => Some(Unread::TooLong),
     }
 }

@@ -4,7 +4,8 @@
 mod common;
 
 use common::{Ring, Server};
-use encoring_control::{Options, parse};
+use encoring_control::Options;
+use encoring_station::verbs::parse;
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -189,7 +190,7 @@ fn any_text_is_answered_with_one_line_of_json() {
         json_like().prop_map(|value| format!(r#"{{"verb":"gateway","fault":{value}}}"#)),
     ];
     proptest!(|(text in texts)| {
-        let answer = encoring_control::answer(&text, &ring.controlled);
+        let answer = encoring_station::answer::answer(&text, &ring.controlled);
         prop_assert!(!answer.contains('\n'));
         let answer: Value = serde_json::from_str(&answer).unwrap();
         prop_assert!(answer["ok"] == true || answer["error"].is_string());

@@ -7,7 +7,7 @@ use std::time::Duration as Real;
 
 use common::Server;
 use encoring_control::Options;
-use encoring_control::verbs::LINE_BYTES_MAX;
+use encoring_control::unread::LINE_BYTES_MAX;
 use serde_json::json;
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 

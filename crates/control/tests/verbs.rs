@@ -170,7 +170,7 @@ fn an_id_is_echoed_as_it_was_written() {
     let ring = Ring::start();
     for id in ["7", "1.50", "\"a\\u0041\"", "null", "true", "123456789012345678901234567890"] {
         let line = format!(r#"{{"id":{id},"verb":"line","fault":"none"}}"#);
-        let answer = encoring_control::answer(&line, &ring.controlled);
+        let answer = encoring_station::answer::answer(&line, &ring.controlled);
         assert_eq!(answer, format!(r#"{{"ok":true,"id":{id}}}"#));
     }
     assert_eq!(ring.ask(r#"{"id":4,"verb":"sett"}"#)["id"], 4);
@@ -277,11 +277,11 @@ fn a_ring_that_has_stopped_is_told_so() {
         r#"{"verb":"set","position":1,"set":{"raw":1}}"#,
     ] {
         assert_eq!(
-            encoring_control::answer(line, &controlled),
+            encoring_station::answer::answer(line, &controlled),
             r#"{"ok":false,"error":"the ring has stopped"}"#
         );
     }
-    assert!(encoring_control::answer(r#"{"verb":"help"}"#, &controlled).starts_with(r#"{"ok":true"#));
+    assert!(encoring_station::answer::answer(r#"{"verb":"help"}"#, &controlled).starts_with(r#"{"ok":true"#));
 }
 
 #[test]

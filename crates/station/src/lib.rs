@@ -1,9 +1,11 @@
 //! One ring made reachable: it is cycled in real time, its process image is held for whoever asks, and what
-//! happens on it can be seen and changed.
+//! happens on it can be seen and changed: by what is typed, or by [`verbs`] in JSON.
 //!
 //! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
 //! a wait.
 
+pub mod answer;
+pub mod controlled;
 pub mod events;
 mod json;
 pub mod keeper;
@@ -11,8 +13,10 @@ pub mod pace;
 pub mod recording;
 pub mod simulated;
 pub mod station;
+pub mod verbs;
 pub mod view;
 
+pub use controlled::{Controlled, Gateway};
 pub use events::{Happened, RingEvent};
 pub use keeper::Keeper;
 pub use pace::Speed;

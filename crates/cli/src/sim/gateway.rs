@@ -3,11 +3,11 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use encoring_control::Gateway;
 use encoring_modbus::GatewayFaults;
 use encoring_modbus::gateway_fault::{GatewayFault, GatewayFaultError};
 use encoring_sim::Scenario;
 use encoring_sim::scenario::GatewayFaultText;
+use encoring_station::Gateway;
 
 use crate::output::{Failure, bad_input};
 

@@ -11,9 +11,10 @@
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex};
 
-use encoring_control::{Controlled, Gateway, Options, answer, serve};
+use encoring_control::{Options, serve};
 use encoring_sim::{Scenario, World};
-use encoring_station::{Speed, Station};
+use encoring_station::answer::answer;
+use encoring_station::{Controlled, Gateway, Speed, Station};
 use serde_json::Value;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};

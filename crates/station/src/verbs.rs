@@ -1,6 +1,6 @@
-//! What can be asked, as a line of JSON.
+//! What a ring can be told and asked, as an object of JSON: the verbs that every face of it shares.
 //!
-//! A line is judged as a whole before anything is done. Keys that are unknown or named twice are refused, so a
+//! An object is judged as a whole before anything is done. Keys that are unknown or named twice are refused, so a
 //! typing error never goes unnoticed.
 
 use std::fmt;
@@ -10,7 +10,6 @@ use std::path::Path;
 use encoring_encoder::Unit;
 use encoring_sim::Fault;
 use encoring_sim::scenario::{Change, MotionFiles, MotionTable, Occurrence, SECONDS_MAX, SetTable};
-use encoring_station::{RingStopped, View};
 use encoring_words::{Duration, Model};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{IgnoredAny, MapAccess, Visitor};
@@ -18,9 +17,8 @@ use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
 use crate::controlled::Controlled;
-
-/// The longest line that is read, in bytes without its end.
-pub const LINE_BYTES_MAX: usize = 64 * 1024;
+use crate::station::RingStopped;
+use crate::view::View;
 
 /// The longest `id` that is echoed, in bytes as it was written.
 pub const ID_BYTES_MAX: usize = 64;
@@ -176,26 +174,6 @@ pub enum Refused {
     /// The gateway does not take it.
     #[error("{0}")]
     Gateway(String),
-    /// Bytes that are no text.
-    #[error("the line is not UTF-8")]
-    NotUtf8,
-    /// A line without an end.
-    #[error("the line is longer than {LINE_BYTES_MAX} bytes; the connection is closed")]
-    TooLong,
-    /// A browser.
-    #[error("this is no HTTP server; the connection is closed")]
-    Http,
-    /// A first line that is no JSON object: another program that did not mean this port.
-    #[error(
-        "the first line is not a JSON object, which looks like {{\"verb\":\"help\"}}; the connection is closed"
-    )]
-    Stranger,
-    /// Too many at once.
-    #[error("{connections} connections are open, which is the limit; the connection is closed")]
-    Full {
-        /// The limit.
-        connections: usize,
-    },
     /// There is nothing left to change or look at.
     #[error(transparent)]
     Stopped(#[from] RingStopped),
@@ -273,11 +251,6 @@ pub(crate) const VERBS: [Verb; 5] = [
 
 fn names() -> String {
     VERBS.map(|verb| verb.name).join(", ")
-}
-
-/// Whether a line is a JSON object, of whatever keys.
-pub(crate) fn is_object(text: &str) -> bool {
-    text.trim_start().starts_with('{') && serde_json::from_str::<IgnoredAny>(text).is_ok()
 }
 
 /// Reads one line. Nothing is done yet.

@@ -1,11 +1,11 @@
 //! What is answered to a line, as a line of JSON.
 
-use encoring_station::View;
 use serde::Serialize;
 use serde_json::value::RawValue;
 
 use crate::controlled::Controlled;
 use crate::verbs::{Given, Refused, VERBS, parse, shortened};
+use crate::view::View;
 
 /// The longest message of an answer, in characters; a message quotes what a peer sent.
 const MESSAGE_CHARS_MAX: usize = 512;
@@ -18,11 +18,10 @@ pub fn answer(text: &str, controlled: &Controlled) -> String {
     answered(request.id, &result)
 }
 
-impl Refused {
-    /// The answer to a line that could not be read at all.
-    pub(crate) fn answer(self) -> String {
-        answered(None, &Err(self))
-    }
+/// The answer to what was not even read, with the reason.
+#[must_use]
+pub fn refusal(why: &str) -> String {
+    in_json(false, None, Content::Refused { error: shortened(why, MESSAGE_CHARS_MAX) })
 }
 
 #[derive(Serialize)]
@@ -71,7 +70,11 @@ fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
         },
         Err(refused) => Content::Refused { error: shortened(&refused.to_string(), MESSAGE_CHARS_MAX) },
     };
-    let answer = Answer { ok: result.is_ok(), id, content };
+    in_json(result.is_ok(), id, content)
+}
+
+fn in_json(ok: bool, id: Option<&RawValue>, content: Content<'_>) -> String {
+    let answer = Answer { ok, id, content };
     // Plain data with names for keys has no reason to fail.
     serde_json::to_string(&answer).unwrap_or_else(|_| r#"{"ok":false,"error":"no answer"}"#.to_owned())
 }

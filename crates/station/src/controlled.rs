@@ -1,11 +1,12 @@
-//! What a control port can reach.
+//! What the verbs can reach.
 
 use std::sync::Arc;
 
 use encoring_encoder::Unit;
-use encoring_station::Handle;
 
-/// What a control port can reach. Clones reach the same.
+use crate::station::Handle;
+
+/// What the verbs can reach. Clones reach the same.
 #[derive(Clone)]
 pub struct Controlled {
     /// The ring.
