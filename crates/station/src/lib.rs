@@ -7,6 +7,7 @@
 pub mod answer;
 pub mod controlled;
 pub mod events;
+pub mod history;
 mod json;
 pub mod keeper;
 pub mod pace;
@@ -18,6 +19,7 @@ pub mod view;
 
 pub use controlled::{Controlled, Gateway};
 pub use events::{Happened, RingEvent};
+pub use history::{ChangesSince, ServiceStep, WordChange, WordHistory};
 pub use keeper::Keeper;
 pub use pace::Speed;
 pub use recording::{Recorder, RecordingFile};

@@ -13,6 +13,7 @@ use encoring_sim::{Eeprom, Fault, World};
 use encoring_words::Duration;
 
 use crate::events::{Events, Happened, Kept, RingEvent};
+use crate::history::{Watched, WordHistory};
 use crate::pace::{Pace, Speed};
 use crate::recording::Recorder;
 use crate::view::{Counters, View};
@@ -62,6 +63,7 @@ pub struct Finished {
 pub struct Handle {
     image: SharedImage,
     events: Arc<Kept>,
+    history: WordHistory,
     requests: SyncSender<Request>,
 }
 
@@ -97,8 +99,13 @@ impl Station {
     pub fn start(mut world: World, options: Options) -> io::Result<Self> {
         let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
-        let events = Events::new();
-        let handle = Handle { image: SharedImage::new(image), events: Arc::clone(events.kept()), requests };
+        let (events, watched) = (Events::new(), Watched::new(image.encoders()));
+        let handle = Handle {
+            image: SharedImage::new(image),
+            events: Arc::clone(events.kept()),
+            history: watched.history().clone(),
+            requests,
+        };
         if let Some(recorder) = &options.record {
             recorder.begin(&mut world);
         }
@@ -108,6 +115,7 @@ impl Station {
             verdict: Verdict::Good,
             counters: Counters::default(),
             events,
+            watched,
             record: options.record,
             recording: Ok(()),
         };
@@ -155,6 +163,12 @@ impl Handle {
     #[must_use]
     pub const fn image(&self) -> &SharedImage {
         &self.image
+    }
+
+    /// Each change of the words of each encoder.
+    #[must_use]
+    pub const fn history(&self) -> &WordHistory {
+        &self.history
     }
 
     /// Changes what surrounds an encoder, between two cycles; returns when it is done.
@@ -224,6 +238,7 @@ struct Running {
     verdict: Verdict,
     counters: Counters,
     events: Events,
+    watched: Watched,
     record: Option<Recorder>,
     recording: io::Result<()>,
 }
@@ -279,11 +294,12 @@ impl Running {
     }
 
     fn cycle(&mut self) {
-        let world = &mut self.world;
+        let (world, watched) = (&mut self.world, &mut self.watched);
         let cycled = self.image.with(|image| {
             let (out, input) = image.both();
             let cycled = world.cycle(out, input);
             world.diagnose(image);
+            watched.cycled(cycled.at, image.out(), image.input());
             cycled
         });
         self.verdict = cycled.verdict;

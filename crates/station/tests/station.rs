@@ -17,7 +17,7 @@ use encoring_sim::scenario::{Change, NewMotion};
 use encoring_sim::state::{NotSaved, StateFolder};
 use encoring_sim::{Fault, Scenario, Shown, Waveform, World, state};
 use encoring_station::Recorder;
-use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station, View};
+use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station, View, WordChange};
 use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
 use encoring_words::{Duration, InWord, OutWord};
@@ -517,5 +517,32 @@ fn many_who_ask_at_once_are_all_answered() {
     for asking in asking {
         asking.join().unwrap();
     }
+    station.stop().unwrap();
+}
+
+#[test]
+fn a_burst_of_1000_services_leaves_5000_steps_in_the_history() {
+    // [R31..R40]
+    let station = Station::start(world(), at(Speed::Max)).unwrap();
+    let handle = station.handle();
+    for k in 0..1_000 {
+        let request = 0xC200_0010 + k;
+        set_out(handle, 1, request & !SERVICE_BIT);
+        let data_stood = |change: &WordChange| change.out.0 == request & !SERVICE_BIT;
+        wait_for("the data on OUT", || {
+            let newest = handle.history().counts()[1].saturating_sub(1);
+            let last = handle.history().since(1, newest, 1).unwrap();
+            last.changes.iter().any(data_stood)
+        });
+        assert_eq!(service(handle, 1, request), request);
+    }
+    let seen = handle.history().since(1, 0, usize::MAX).unwrap();
+    assert_eq!(seen.missed, 0);
+    let steps = seen.changes.iter().flat_map(|change| [change.out_step, change.in_step]).flatten();
+    let steps: Vec<u8> = steps.map(encoring_station::ServiceStep::number).collect();
+    assert_eq!(steps.len(), 5_000);
+    assert!(steps.chunks(5).all(|service| service == [1, 2, 3, 4, 5]));
+    assert!(seen.changes.windows(2).all(|pair| pair[0].time_ns <= pair[1].time_ns));
+    assert_eq!(handle.history().counts()[0], 0, "nobody wrote to the others");
     station.stop().unwrap();
 }
