@@ -12,6 +12,7 @@ mod calculation;
 mod check;
 mod completions;
 mod decode;
+mod diagnose;
 mod interrupt;
 mod log;
 mod memories;
@@ -88,6 +89,6 @@ commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
     Backup backup, Restore restore, Replace replace,
-    Watch watch, Log log, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
+    Watch watch, Log log, Diagnose diagnose, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions,
 }

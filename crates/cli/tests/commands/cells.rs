@@ -49,6 +49,7 @@ const OUTPUTS: &[&str] = &[
     "decode --master 00E4 0380",
     concat!("replay --model ce-100-m ", env!("CARGO_MANIFEST_DIR"), "/../../vectors/ce-65-m-8192.csv"),
     concat!("referee ", env!("CARGO_MANIFEST_DIR"), "/../../vectors/ce-65-m-travel.csv"),
+    concat!("diagnose ", env!("CARGO_MANIFEST_DIR"), "/../../vectors/ce-65-m-travel.csv"),
     "sheet all",
     "ring cycle-time --encoders 3",
     "ssi encode 9999 --bits 25 --code gray",
@@ -60,7 +61,7 @@ const OUTPUTS: &[&str] = &[
 ];
 
 /// What runs without the bench's ring and its memories.
-const ALONE: [&str; 8] = ["calc", "decode", "replay", "referee", "sheet", "ring", "ssi", "scan"];
+const ALONE: [&str; 9] = ["calc", "decode", "replay", "referee", "diagnose", "sheet", "ring", "ssi", "scan"];
 
 /// What prints no numbers of an encoder or runs until it is ended; `log` writes files, and `probe` has a test of its own.
 const ELSEWHERE: [&str; 5] = ["completions", "help", "sim", "log", "probe"];

@@ -1,0 +1,120 @@
+//! What was found, for people and for programs.
+
+use std::fmt;
+
+use encoring_diagnosis::{Episode, JumpCause};
+use encoring_words::Duration;
+use serde::Serialize;
+
+use super::Diagnosed;
+use crate::output::wrap::wrapped;
+
+/// An episode.
+#[derive(Serialize)]
+struct EventView {
+    file: String,
+    line: u64,
+    to_line: u64,
+    count: u64,
+    time_us: u64,
+    position: u8,
+    cause: &'static str,
+    certainty: &'static str,
+    alternatives: Vec<&'static str>,
+    apart: String,
+    evidence: Vec<String>,
+    #[serde(skip)]
+    title: String,
+}
+
+/// The whole report.
+#[derive(Serialize)]
+pub(super) struct ReportView {
+    events: Vec<EventView>,
+    judged: Vec<String>,
+    limits: Vec<String>,
+}
+
+impl EventView {
+    fn new(file: &str, episode: &Episode) -> Self {
+        Self {
+            file: file.to_owned(),
+            line: episode.line,
+            to_line: episode.to_line,
+            count: episode.count,
+            time_us: episode.time_ns / 1_000,
+            position: episode.position,
+            cause: episode.cause.name(),
+            certainty: episode.certainty.name(),
+            alternatives: episode.alternatives.iter().copied().map(JumpCause::name).collect(),
+            apart: episode.apart.clone(),
+            evidence: episode.evidence.clone(),
+            title: episode.cause.title().to_owned(),
+        }
+    }
+}
+
+impl ReportView {
+    pub(super) fn new(diagnosed: &[Diagnosed]) -> Self {
+        let events = |file: &Diagnosed| {
+            let name = file.name.clone();
+            file.conclusion.episodes.iter().map(|episode| EventView::new(&name, episode)).collect::<Vec<_>>()
+        };
+        let sentences = |of: fn(&Diagnosed) -> &[String]| {
+            let several = diagnosed.len() > 1;
+            let named = |file: &Diagnosed, sentence: &String| match several {
+                true => format!("{}: {sentence}", file.name),
+                false => sentence.clone(),
+            };
+            diagnosed
+                .iter()
+                .flat_map(|file| of(file).iter().map(move |sentence| named(file, sentence)))
+                .collect()
+        };
+        Self {
+            events: diagnosed.iter().flat_map(events).collect(),
+            judged: sentences(|file| &file.conclusion.judged),
+            limits: sentences(|file| &file.conclusion.limits),
+        }
+    }
+}
+
+impl fmt::Display for EventView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} line {}", self.file, self.line)?;
+        if self.to_line != self.line {
+            write!(f, " to {}", self.to_line)?;
+        }
+        let at = Duration::from_micros(self.time_us);
+        writeln!(f, ", {at}, position {}: {}, {}", self.position, self.title, self.certainty)?;
+        for evidence in &self.evidence {
+            writeln!(f, "  {evidence}")?;
+        }
+        if !self.alternatives.is_empty() {
+            writeln!(f, "  or {}", self.alternatives.join(", "))?;
+        }
+        if !self.apart.is_empty() {
+            writeln!(f, "  to tell them apart: {}", self.apart)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for ReportView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut text = String::new();
+        for limit in &self.limits {
+            text += &format!("{limit}\n");
+        }
+        if self.events.is_empty() {
+            text += "no step change\n";
+        }
+        for event in &self.events {
+            text += &event.to_string();
+        }
+        for judged in &self.judged {
+            text += &format!("judged: {judged}\n");
+        }
+        f.write_str(&wrapped(&text, 2))
+    }
+}

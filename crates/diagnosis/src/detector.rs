@@ -1,0 +1,40 @@
+//! The rows of a recording, encoder by encoder.
+
+use std::collections::BTreeMap;
+
+use crate::episode::Conclusion;
+use crate::options::Options;
+use crate::sample::Sample;
+use crate::window::Window;
+
+/// Finds the step changes of every encoder of a recording. Its memory does not grow with the recording.
+#[derive(Clone, Debug)]
+pub struct Detector {
+    options: Options,
+    windows: BTreeMap<u8, Window>,
+}
+
+impl Detector {
+    /// For a recording of which this is known.
+    #[must_use]
+    pub const fn new(options: Options) -> Self {
+        Self { options, windows: BTreeMap::new() }
+    }
+
+    /// Takes the next row, in the order of the recording.
+    pub fn sample(&mut self, sample: Sample) {
+        let window = self.windows.entry(sample.position).or_insert_with(|| Window::new(sample.position));
+        window.push(&sample, &self.options);
+    }
+
+    /// What all rows together say.
+    #[must_use]
+    pub fn finish(self) -> Conclusion {
+        let mut conclusion = Conclusion::default();
+        for (_, window) in self.windows {
+            window.finish(&self.options, &mut conclusion);
+        }
+        conclusion.episodes.sort_by_key(|episode| (episode.time_ns, episode.line));
+        conclusion
+    }
+}

@@ -1,0 +1,45 @@
+//! Why a position jumped: the cause of each step change in a recording, what speaks for it, and what would tell it
+//! from the other causes.
+//!
+//! The manual's table of disturbances has four causes for step changes and no way to tell them apart [R150..R153]. A
+//! [`Detector`] takes the rows of a recording one by one, in bounded memory, and ends with a [`Conclusion`]: every
+//! [`Episode`] with its [`JumpCause`] and how sure that is, what was judged, and what could not be.
+//!
+//! It never shows a guess as an answer: where two causes make the same rows it names both.
+//!
+//! ```
+//! use encoring_diagnosis::{Detector, JumpCause, Options, Sample, Sighting};
+//!
+//! let mut detector = Detector::new(Options::default());
+//! for k in 0..200_u32 {
+//!     let word = if k == 100 { (1_000 + 10 * k) ^ 1 << 20 } else { 1_000 + 10 * k };
+//!     detector.sample(Sample {
+//!         line: u64::from(k) + 2,
+//!         time_ns: u64::from(k) * 1_000_000,
+//!         position: 0,
+//!         out: None,
+//!         reading: Sighting::Word(word),
+//!     });
+//! }
+//! let conclusion = detector.finish();
+//! assert_eq!(conclusion.episodes.len(), 1);
+//! assert_eq!((conclusion.episodes[0].cause, conclusion.episodes[0].line), (JumpCause::SingleBit, 102));
+//! ```
+
+mod cause;
+mod detector;
+mod episode;
+mod jumps;
+mod motion;
+mod options;
+mod row;
+mod sample;
+#[cfg(test)]
+mod tests;
+mod window;
+
+pub use cause::{CAUSES, JumpCause, Likelihood};
+pub use detector::Detector;
+pub use episode::{ALTERNATIVES_MAX, Conclusion, Episode};
+pub use options::{KnownPlace, Options};
+pub use sample::{Sample, Sighting};

@@ -1,0 +1,60 @@
+//! What a row of a recording shows of an encoder.
+
+use encoring_trace::bus::{BusEvent, BusRow};
+use encoring_trace::{CycleSeen, Input, Row};
+
+/// One row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sample {
+    /// The line of the file, from 1; where there is no file, a number that grows.
+    pub line: u64,
+    /// When, in nanoseconds.
+    pub time_ns: u64,
+    /// The ring position.
+    pub position: u8,
+    /// The OUT word, if the row has one.
+    pub out: Option<u32>,
+    /// What came from the encoder.
+    pub reading: Sighting,
+}
+
+/// What came from an encoder, as far as the recording kept it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sighting {
+    /// The whole IN word.
+    Word(u32),
+    /// Its lower 24 bits.
+    Bits24(u32),
+    /// Its low half.
+    Bits16(u16),
+    /// A position as a number.
+    Steps(i64),
+    /// Nothing: the encoder is off, or the cycle was bad.
+    Nothing,
+}
+
+impl Sample {
+    /// What a row of a recording shows; `None` if it says nothing of a position.
+    #[must_use]
+    pub fn of_row(row: &Row) -> Option<Self> {
+        let reading = match (row.input, row.value) {
+            (Some(Input::Word(word)), _) => Sighting::Word(word),
+            (Some(Input::Off), _) => Sighting::Nothing,
+            (None, Some(steps)) => Sighting::Steps(steps),
+            (None, None) => return None,
+        };
+        let position = row.position.unwrap_or_default();
+        Some(Self { line: row.line, time_ns: row.time_ns, position, out: row.out, reading })
+    }
+
+    /// What a row of a bus recording shows; `None` for a write, which shows nothing of an encoder.
+    #[must_use]
+    pub fn of_bus(row: &BusRow) -> Option<Self> {
+        let BusEvent::Cycle { out, input, line } = row.event else { return None };
+        let reading = match (input, line) {
+            (_, Some(CycleSeen::Bad | CycleSeen::Silent)) | (None | Some(Input::Off), _) => Sighting::Nothing,
+            (Some(Input::Word(word)), _) => Sighting::Word(word),
+        };
+        Some(Self { line: row.line, time_ns: row.time_ns, position: row.position, out: Some(out), reading })
+    }
+}

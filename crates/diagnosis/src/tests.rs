@@ -1,0 +1,40 @@
+use crate::{Conclusion, Detector, JumpCause, Options, Sample, Sighting};
+
+/// What is concluded of words that came each millisecond.
+fn concluded(words: impl IntoIterator<Item = u32>) -> Conclusion {
+    let mut detector = Detector::new(Options::default());
+    for (k, word) in (0_u64..).zip(words) {
+        let reading = Sighting::Word(word);
+        detector.sample(Sample { line: k + 2, time_ns: k * 1_000_000, position: 0, out: None, reading });
+    }
+    detector.finish()
+}
+
+fn causes(words: impl IntoIterator<Item = u32>) -> Vec<(u64, JumpCause)> {
+    concluded(words).episodes.iter().map(|episode| (episode.line, episode.cause)).collect()
+}
+
+#[test]
+fn a_shaft_that_turns_evenly_has_no_step_change() {
+    assert_eq!(causes((0..30_000).map(|k| k * 100)), []);
+}
+
+#[test]
+fn one_wrong_bit_is_found_in_every_row_and_beyond_a_window() {
+    for at in [3, 100, 8_190, 8_200, 19_990] {
+        let words = (0..20_000).map(|k| (k * 100 + 7) ^ if k == at { 1 << 19 } else { 0 });
+        assert_eq!(causes(words), [(u64::from(at) + 2, JumpCause::SingleBit)], "{at}");
+    }
+}
+
+#[test]
+fn a_reply_is_told_by_its_bit_31() {
+    let words = (0..100).map(|k| if (50..53).contains(&k) { 0x8200_270F } else { 500 });
+    assert_eq!(causes(words), [(52, JumpCause::ReplyAsPosition)]);
+}
+
+#[test]
+fn positions_that_begin_again_are_a_wrap() {
+    let words = (0..300).map(|k| k * 100 % 10_000);
+    assert_eq!(causes(words), [(102, JumpCause::Wrap), (202, JumpCause::Wrap)]);
+}
