@@ -16,7 +16,7 @@ use encoring_workshop::{KeptEncoder, MachineMark, NamedMark, ParameterFile, Unit
 use crate::arguments;
 use crate::arguments::bus::{BusArguments, Target, patience};
 use crate::arguments::positions::{Positions, positions};
-use crate::arguments::{Output, span};
+use crate::arguments::{Output, TypeLabel, span};
 use crate::bus::{Deed, Opened};
 use crate::output::{Answer, Failure, bad_input, note};
 use view::{BackupView, EncoderView};
@@ -119,38 +119,29 @@ impl Arguments {
     fn asked(&self, opened: &Opened, older: Option<&ParameterFile>) -> Result<Vec<Asked>, Failure> {
         let known = |kept: &KeptEncoder| kept.taken.as_ref().map(|taken| taken.position);
         let at = match (&self.at, older, &opened.world) {
-            (Some(at), ..) => at.0.clone(),
-            (None, Some(older), _) => older.encoders.iter().filter_map(known).collect(),
-            (None, None, Some(world)) => (0..world.with(|world| world.places().len())).collect(),
-            (None, None, None) => Vec::new(),
+            (Some(at), ..) => at.clone(),
+            (None, Some(older), _) => Positions(older.encoders.iter().filter_map(known).collect()),
+            (None, None, Some(world)) => Positions((0..world.with(|world| world.places().len())).collect()),
+            (None, None, None) => Positions(Vec::new()),
         };
-        if at.is_empty() {
+        if at.0.is_empty() {
             return Err(bad_input(
                 "--at POSITIONS is missing, like 0-2; `encoring probe` finds the encoders of a gateway",
             ));
         }
-        if at.len() > 1 {
-            self.only_for_one(&at)?;
+        if at.0.len() > 1 {
+            self.only_for_one(&at.0)?;
         }
-        let count = at.len();
-        let fits = |option: &str, given: usize| match given {
-            0 | 1 => Ok(()),
-            _ if given == count => Ok(()),
-            _ => Err(bad_input(format!(
-                "{option}: {given} values for {count} encoders; give one, or one for each"
-            ))),
-        };
-        fits("--model", self.model.len())?;
-        fits("--native", self.native.len())?;
+        let (models, natives) = (at.each("--model", &self.model)?, at.each("--native", &self.native)?);
         let patience = patience(self.patience, opened.timeout())?;
-        let asked = at.iter().enumerate().map(|(k, position)| {
+        let asked = at.0.iter().zip(models.into_iter().zip(natives)).map(|(position, (model, native))| {
             let is_it = |kept: &&KeptEncoder| kept.position().is_none_or(|there| there == *position);
             let kept = older.and_then(|older| older.encoders.iter().find(is_it));
             if self.update && kept.is_none() {
                 let file = self.file.display();
                 return Err(bad_input(format!("{file}: position {position} is not in the file")));
             }
-            self.one(opened, k, *position, kept, patience)
+            self.one(opened, *position, TypeLabel { model, native }, kept, patience)
         });
         asked.collect()
     }
@@ -175,18 +166,15 @@ impl Arguments {
     fn one(
         &self,
         opened: &Opened,
-        k: usize,
         position: usize,
+        given: TypeLabel,
         kept: Option<&KeptEncoder>,
         patience: Duration,
     ) -> Result<Asked, Failure> {
-        let of = |given: usize| if given == 1 { 0 } else { k };
-        let given = self.model.get(of(self.model.len())).copied();
-        let native = self.native.get(of(self.native.len())).copied();
         let older = kept.map(|kept| kept.label.clone()).unwrap_or_default();
-        let label = arguments::TypeLabel {
-            model: given.or(kept.map(|kept| kept.model)),
-            native: native.or(older.native),
+        let label = TypeLabel {
+            model: given.model.or(kept.map(|kept| kept.model)),
+            native: given.native.or(older.native),
         };
         let target = label.target(opened, position, patience)?;
         let label = UnitLabel {

@@ -12,11 +12,10 @@ use encoring_words::{Model, Parameter, Service};
 use serde::Serialize;
 
 use crate::output::ratio::{cut, show};
+use crate::output::wrap::wrapped;
 
 /// Where the text of a note begins.
 const INDENT: usize = 10;
-/// Where it ends.
-const WIDTH: usize = 80;
 
 /// A sentence or two on one topic.
 #[derive(Clone, Debug, Serialize)]
@@ -60,21 +59,7 @@ impl Note {
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut column = INDENT;
-        write!(f, "{:<INDENT$}", self.topic)?;
-        for (at, word) in self.text.split(' ').enumerate() {
-            if at > 0 && column + 1 + word.len() > WIDTH {
-                write!(f, "\n{:INDENT$}{word}", "")?;
-                column = INDENT + word.len();
-            } else if at > 0 {
-                write!(f, " {word}")?;
-                column += 1 + word.len();
-            } else {
-                write!(f, "{word}")?;
-                column += word.len();
-            }
-        }
-        writeln!(f)
+        writeln!(f, "{}", wrapped(&format!("{:<1$} {2}", self.topic, INDENT - 1, self.text), INDENT))
     }
 }
 

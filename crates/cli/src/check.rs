@@ -13,8 +13,8 @@ use serde::Serialize;
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::{Consent, Output};
-use crate::ask::{CHECK_DOES, confirmed};
 use crate::bus::Deed;
+use crate::dialog::{CHECK_DOES, Dialog};
 use crate::noted::{JournalFolder, Noted};
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, Shown, StatusView, TargetView};
@@ -78,7 +78,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("check")?;
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
-    confirmed(arguments.consent, &format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
+    Dialog::at_terminal(arguments.consent)
+        .confirmed(&format!("{}: {CHECK_DOES}", TargetView::new(target)))?;
     let noted = arguments.journal.of(&opened, target.position);
     let told = opened.serve(target, |master| look_and_check(master, target, noted.as_ref()));
     opened.report(arguments.output, told, |view| {

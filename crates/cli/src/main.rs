@@ -4,7 +4,6 @@
 
 mod acknowledging;
 mod arguments;
-mod ask;
 mod backup;
 mod bus;
 mod calc;
@@ -13,6 +12,7 @@ mod check;
 mod completions;
 mod decode;
 mod diagnose;
+mod dialog;
 mod interrupt;
 mod log;
 mod memories;

@@ -37,6 +37,17 @@ pub(crate) enum Answer {
     Unknown,
 }
 
+impl Answer {
+    /// No if one is no, else unknown if one is.
+    pub(crate) fn of_all(answers: impl IntoIterator<Item = Self>) -> Self {
+        answers.into_iter().fold(Self::Yes, |all, answer| match (all, answer) {
+            (Self::No, _) | (_, Self::No) => Self::No,
+            (Self::Unknown, _) | (_, Self::Unknown) => Self::Unknown,
+            (Self::Yes, Self::Yes) => Self::Yes,
+        })
+    }
+}
+
 /// Why a command has no answer.
 #[derive(Debug)]
 pub(crate) enum Failure {

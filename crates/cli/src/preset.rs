@@ -7,6 +7,7 @@ use crate::arguments;
 use crate::arguments::bus::Encoder;
 use crate::arguments::{Consent, Output};
 use crate::bus::Deed;
+use crate::dialog::Dialog;
 use crate::output::{Answer, Failure};
 use crate::presetting::{PresetView, Presetting};
 
@@ -40,7 +41,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     arguments.encoder.ring.writing("preset")?;
     let (mut opened, target) = arguments.encoder.open_to_change()?;
     opened.announce(target, Deed::Changes);
-    let presetting = Presetting { value: arguments.value, consent: arguments.consent };
-    let told = presetting.adjust(&mut opened, target);
+    let dialog = Dialog::at_terminal(arguments.consent);
+    let presetting = Presetting { value: arguments.value, mark: None, dialog: &dialog };
+    let told = presetting.adjust(&mut opened, target).map_err(Failure::from);
     opened.report(arguments.output, told, PresetView::answer)
 }

@@ -10,21 +10,24 @@ use encoring_host::session::Fate;
 use encoring_words::InWord;
 use encoring_words::number::TypedValue;
 use encoring_words::parameter::Code;
+use encoring_workshop::zero::{ZeroRestored, set_of};
+use encoring_workshop::{KeptEncoder, MachineMark};
 use serde::Serialize;
 
-use crate::arguments::Consent;
 use crate::arguments::bus::Target;
-use crate::ask::{CHECK_DOES, asked, can_be_asked, confirmed};
 use crate::bus::Opened;
+use crate::dialog::{CHECK_DOES, Dialog, Undone};
 use crate::output::{Answer, Failure, bad_input, note};
 use crate::told::{Failed, FailureView, StatusView, TargetView};
 
 /// A preset adjustment that is to be made.
 #[derive(Clone, Copy)]
-pub(crate) struct Presetting {
+pub(crate) struct Presetting<'a> {
     /// What the position shall be, in steps.
     pub(crate) value: TypedValue,
-    pub(crate) consent: Consent,
+    /// Where the machine stands, if it is known.
+    pub(crate) mark: Option<&'a MachineMark>,
+    pub(crate) dialog: &'a Dialog,
 }
 
 #[derive(Serialize)]
@@ -60,6 +63,18 @@ impl fmt::Display for PresetView {
     }
 }
 
+/// Where the zero shall be made, by asking; before it is told what a preset can restore. `None` if it shall not.
+pub(crate) fn zero_place(
+    dialog: &Dialog,
+    kept: &KeptEncoder,
+    target: Target,
+) -> Result<Option<MachineMark>, Undone> {
+    let set = set_of(target.model, &kept.values);
+    let restored = ZeroRestored::of(target.model, &set, target.native).told();
+    dialog.tell(&format!("\n{}", restored.join("\n")));
+    dialog.place("Move the machine to a mark and stop it there: its zero is made there.", &kept.marks)
+}
+
 /// What makes the old zero again.
 fn way_back(report: &PresetReport<MasterError>) -> Option<String> {
     report.before.map(|before| format!("the way back, at the same place: `encoring preset {before}`"))
@@ -71,16 +86,15 @@ impl PresetView {
     }
 }
 
-impl Presetting {
+impl Presetting<'_> {
     /// Asks, and sets the zero.
-    pub(crate) fn adjust(self, opened: &mut Opened, target: Target) -> Result<PresetView, Failure> {
+    pub(crate) fn adjust(self, opened: &mut Opened, target: Target) -> Result<PresetView, Undone> {
         let mut prepared = self.prepare(opened, target)?;
         // Consent to the preset is none to a data check.
         if let Err(pending @ Failed::ErrorPending { .. }) = &prepared
-            && !self.consent.yes
-            && can_be_asked()
+            && self.dialog.can_ask()
         {
-            asked(&format!(
+            self.dialog.confirmed(&format!(
                 "{}\n{}: {CHECK_DOES} It comes first.",
                 FailureView::new(pending, target, None),
                 TargetView::new(target)
@@ -100,13 +114,14 @@ impl Presetting {
             None => Some("whether the shaft or magnet moves was not seen".to_owned()),
         };
         let question = format!(
-            "{}: the position is {shown} now and shall be {}.{} The old zero cannot be read back.",
+            "{}: the position is {shown} now and shall be {}.{}{} The old zero cannot be read back.",
             TargetView::new(target),
             self.value.number,
+            self.mark.map(|mark| format!(" The machine must stand at {mark}.")).unwrap_or_default(),
             moves.as_ref().map(|moves| format!(" Stop the axis: {moves}.")).unwrap_or_default()
         );
-        confirmed(self.consent, &question)?;
-        if let (true, Some(moves)) = (self.consent.yes, &moves) {
+        self.dialog.confirmed(&question)?;
+        if let (true, Some(moves)) = (self.dialog.is_silent(), &moves) {
             note(&format!("note: {moves}"));
         }
         let view = opened.serve(target, |master| {

@@ -14,9 +14,9 @@ use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::range::Wanted;
 use crate::arguments::{Consent, Output};
-use crate::ask::{CHECK_DOES, confirmed};
 use crate::bus::{Deed, Opened};
 use crate::calculation::Note;
+use crate::dialog::{CHECK_DOES, Dialog, Undone};
 use crate::noted::{Earlier, JournalFolder, Noted};
 use crate::output::{Answer, Failure, bad_input, note};
 use crate::told::TargetView;
@@ -56,8 +56,10 @@ impl How {
     ) -> Result<Answer, Failure> {
         let (mut opened, target) = self.open(command)?;
         let wanted = wanted(target)?;
-        let told = self.work(command, &mut opened, target, &wanted);
-        opened.report(self.output, told.map(|view| view.warned(&wanted.warnings)), ProgramView::answer)
+        let dialog = Dialog::at_terminal(self.consent);
+        let told = self.work(command, &mut opened, target, &wanted, &dialog);
+        let told = told.map(|view| view.warned(&wanted.warnings)).map_err(Failure::from);
+        opened.report(self.output, told, ProgramView::answer)
     }
 
     /// Opens the ring, and says which encoder is meant.
@@ -76,7 +78,8 @@ impl How {
         opened: &mut Opened,
         target: Target,
         wanted: &Wanted,
-    ) -> Result<ProgramView, Failure> {
+        dialog: &Dialog,
+    ) -> Result<ProgramView, Undone> {
         let mut program = Program::new(target.model, target.native);
         for (parameter, change) in &wanted.values {
             program.set(*parameter, *change).map_err(bad_input)?;
@@ -84,7 +87,7 @@ impl How {
         opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
         let noted = self.journal.of(opened, target.position);
         let warnings = &wanted.warnings;
-        Programming { how: self, command, target, warnings, noted }.run(opened, program)
+        Programming { how: self, command, target, warnings, noted, dialog }.run(opened, program)
     }
 }
 
@@ -96,10 +99,11 @@ struct Programming<'a> {
     warnings: &'a [Note],
     /// None for a ring that forgets.
     noted: Option<Noted>,
+    dialog: &'a Dialog,
 }
 
 impl Programming<'_> {
-    fn run(&self, opened: &mut Opened, program: Program) -> Result<ProgramView, Failure> {
+    fn run(&self, opened: &mut Opened, program: Program) -> Result<ProgramView, Undone> {
         let Self { how, target, .. } = *self;
         let (mut prepared, behind) =
             opened.serve(target, |master| Ok((program.prepare(master), master.behind())))?;
@@ -112,7 +116,7 @@ impl Programming<'_> {
         }
         if needs_check(&prepared) {
             let question = format!("{} It comes first: an error is pending.", self.check_question());
-            confirmed(how.consent, &question)?;
+            self.dialog.confirmed(&question)?;
             prepared = opened.serve(target, |master| Ok(prepared.check(master)))?;
         }
         let earlier = self.earlier(&prepared);
@@ -124,10 +128,10 @@ impl Programming<'_> {
         let unchecked = earlier.as_ref().is_some_and(|earlier| earlier.found.is_believed());
         let check = (how.check || unchecked) && prepared.is_programmed();
         if check {
-            confirmed(how.consent, &self.check_question())?;
+            self.dialog.confirmed(&self.check_question())?;
         } else if prepared.stopped().is_none() && prepared.changes() {
-            confirmed(how.consent, &self.question(&prepared))?;
-            return self.write(opened, prepared, backup, earlier.as_ref());
+            self.dialog.confirmed(&self.question(&prepared))?;
+            return Ok(self.write(opened, prepared, backup, earlier.as_ref())?);
         }
         let report = opened.serve(target, |master| {
             let report = if check { prepared.run_checked(master) } else { prepared.run(master) };

@@ -10,7 +10,7 @@ use serde::Serialize;
 
 use crate::arguments::bus::{BusArguments, patience};
 use crate::arguments::{Consent, Output, position};
-use crate::ask::confirmed;
+use crate::dialog::Dialog;
 use crate::output::{Answer, Failure, bad_input};
 
 /// Take back a service bit that was left on an encoder's OUT word
@@ -112,8 +112,7 @@ impl Arguments {
             });
         }
         release.watch(before).map_err(unwritten)?;
-        confirmed(
-            self.consent,
+        Dialog::at_terminal(self.consent).confirmed(
             &format!(
                 "position {position}: OUT holds {} and IN {}, both unchanged for {STANDS_FOR}. Bit 31 of OUT shall be \
                  cleared. No PLC may be working with this encoder.",

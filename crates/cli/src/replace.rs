@@ -1,6 +1,5 @@
 //! `encoring replace`: from a broken encoder to a new one that shows the same positions.
 
-mod dialog;
 mod source;
 mod view;
 
@@ -17,14 +16,14 @@ use encoring_workshop::{MachineMark, Reference};
 use crate::arguments;
 use crate::arguments::bus::{Source as SaidBy, Target};
 use crate::arguments::range::{Wanted, number};
-use crate::arguments::{Consent, TableArguments, TypeLabel};
-use crate::ask::CHECK_DOES;
+use crate::arguments::{TableArguments, TypeLabel};
 use crate::bus::{Opened, simulated_ring};
+use crate::calculation::Note;
+use crate::dialog::{Dialog, Undone, steps};
 use crate::output::{Answer, Failure, bad_input, note};
-use crate::presetting::{PresetView, Presetting};
-use crate::programming::{How, ProgramView};
+use crate::presetting::{Presetting, zero_place};
+use crate::programming::How;
 use crate::told::Failed;
-use dialog::Dialog;
 use source::Source;
 use view::{ComparisonView, ReplaceView};
 
@@ -89,7 +88,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let how = &arguments.how;
-    let dialog = Dialog::new(how.consent);
+    let dialog = Dialog::guiding(how.consent);
     let source = Source::of(arguments, &dialog)?;
     let mut view = ReplaceView::new(&source);
     if let Some(path) = &arguments.save {
@@ -155,72 +154,59 @@ impl Replacing<'_> {
     /// Programs the values; `true` if the new unit holds them.
     fn program(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
         let how = &self.arguments.how;
-        let mut planned = how.clone();
-        planned.dry_run = true;
-        let program = self.work(&planned, opened)?;
-        if how.dry_run {
-            view.programmed(program);
-            return Ok(false);
-        }
-        if program.answer() == Answer::Yes && program.differs() {
-            self.dialog.tell(&program.to_string().replace("nothing was written: --dry-run\n", ""));
-            if !self.dialog.agrees(&self.question())? {
+        let values = self.source.kept.values.iter().map(|(parameter, value)| (*parameter, (*value).into()));
+        let wanted = Wanted { values: values.collect(), warnings: self.warnings() };
+        let program = match how.work("replace", opened, self.target, &wanted, self.dialog) {
+            Ok(program) => program,
+            Err(Undone::Declined) => {
                 view.left("the values were not programmed: the answer was no");
                 return Ok(false);
             }
+            Err(undone) => return Err(undone.into()),
+        };
+        let in_order = program.is_in_order() && !how.dry_run;
+        if !how.dry_run {
+            self.dialog.tell(&program.to_string());
         }
-        let mut agreed = how.clone();
-        agreed.consent = Consent { yes: true };
-        let program = self.work(&agreed, opened)?;
-        self.dialog.tell(&program.to_string());
-        let in_order = program.is_in_order();
         view.programmed(program);
         Ok(in_order)
     }
 
-    /// Consent to what will be written, with what is not known.
-    fn question(&self) -> String {
-        let model = match self.target.source {
-            SaidBy::Ring => String::new(),
-            SaidBy::User => format!(
-                "No word tells the model: the type label of the new unit must say {}.\n",
-                self.target.model
-            ),
-        };
-        format!("{model}Then a data check follows: {CHECK_DOES}\nProgram these values?")
-    }
-
-    fn work(&self, how: &How, opened: &mut Opened) -> Result<ProgramView, Failure> {
-        let values = self.source.kept.values.iter().map(|(parameter, value)| (*parameter, (*value).into()));
-        let wanted = Wanted { values: values.collect(), warnings: Vec::new() };
-        how.work("replace", opened, self.target, &wanted)
+    /// What is not known.
+    fn warnings(&self) -> Vec<Note> {
+        match self.target.source {
+            SaidBy::Ring => Vec::new(),
+            SaidBy::User => vec![Note::warning(
+                "model",
+                format!("no word tells it: the type label of the new unit must say {}", self.target.model),
+            )],
+        }
     }
 
     /// Makes the zero at a mark; `true` if it was tried.
     fn set_zero(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
-        let marks = &self.source.kept.marks;
         let mark = match &self.arguments.set_at {
             Some(text) => Some(self.named_or_steps(text)?),
             None if self.arguments.compare_at.is_some() => None,
-            None => self
-                .dialog
-                .place("Move the machine to a mark and stop it there: its zero is made there.", marks)?,
+            None => zero_place(self.dialog, &self.source.kept, self.target)?,
         };
         let Some(mark) = mark else {
             view.left("the zero was not made: the positions are not those of the old unit yet");
             return Ok(false);
         };
-        let question =
-            format!("Does the machine stand at {mark}, and shall the position be {} here?", mark.shown);
-        if self.arguments.set_at.is_none() && !self.dialog.agrees(&question)? {
-            view.left("the zero was not made: the answer was no");
-            return Ok(false);
+        let presetting = Presetting { value: mark.shown.into(), mark: Some(&mark), dialog: self.dialog };
+        match presetting.adjust(opened, self.target) {
+            Ok(preset) => {
+                self.dialog.tell(&preset.to_string());
+                view.preset(&mark, preset);
+                Ok(true)
+            }
+            Err(Undone::Declined) => {
+                view.left("the zero was not made: the answer was no");
+                Ok(false)
+            }
+            Err(undone) => Err(undone.into()),
         }
-        let presetting = Presetting { value: mark.shown.into(), consent: Consent { yes: true } };
-        let preset: PresetView = presetting.adjust(opened, self.target)?;
-        self.dialog.tell(&preset.to_string());
-        view.preset(&mark, preset);
-        Ok(true)
     }
 
     /// Compares the position at a further mark with what the old unit showed there.
@@ -266,11 +252,6 @@ impl Replacing<'_> {
             _ => self.named(text),
         }
     }
-}
-
-/// A place that only its position names.
-fn steps(shown: u32) -> MachineMark {
-    MachineMark { name: format!("position {shown}"), shown, reference: None }
 }
 
 /// What a prompt could not be asked for.

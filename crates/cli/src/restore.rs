@@ -5,25 +5,29 @@ mod view;
 use std::path::PathBuf;
 
 use clap::Args;
+use encoring_station::Speed;
 use encoring_words::Model;
 use encoring_workshop::carry::{Carried, carry};
 use encoring_workshop::{KeptEncoder, ParameterFile};
 
 use crate::arguments;
 use crate::arguments::TypeLabel;
-use crate::arguments::bus::{Source, Target};
+use crate::arguments::bus::{Source, Target, patience};
 use crate::arguments::range::Wanted;
-use crate::bus::simulated_ring;
+use crate::bus::{Opened, simulated_ring};
 use crate::calculation::Note;
+use crate::dialog::{Dialog, Undone};
 use crate::output::{Answer, Failure, bad_input};
+use crate::presetting::{Presetting, zero_place};
 use crate::programming::How;
-use view::RestoreView;
+use view::{ComparedView, RestoreView, RingView};
 
-/// Program an encoder as a backup says, and tell the way to its zero
+/// Program an encoder as a backup says, and make its zero at a mark
 ///
-/// Shows what differs, asks, writes, checks, reads back and compares. With --dry-run it only compares: is the encoder
-/// still as it was backed up? The zero is not in a backup, as no service reads it: the marks tell the presets that make
-/// it again.
+/// Shows what differs, asks, writes, checks, reads back and compares. The zero is not in a backup, as no service reads
+/// it: then it asks for a mark and makes the zero there. Answers come from the terminal or from a pipe; with --yes nothing
+/// is asked, and the presets that make the zero are printed. With --dry-run it only compares: is the encoder, or without
+/// --at each encoder of the file, still as it was backed up?
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Exit codes: 0 done and verified, with --dry-run no difference; 1 refused, not
@@ -34,6 +38,7 @@ be read.
 Examples:
   encoring restore axis-3.toml --bus modbus-tcp://192.168.1.10 --dry-run
   encoring restore axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2
+  encoring restore ring.toml --bus modbus-tcp://192.168.1.10 --dry-run
   encoring restore axis-3.toml --bus sim --state memories --at 1 --as ce-100-m --yes")]
 pub(crate) struct Arguments {
     /// A backup, or any file of parameters; what it does not hold stays
@@ -49,30 +54,120 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let name = arguments.file.display().to_string();
     let file = ParameterFile::read(&arguments.file).map_err(bad_input)?;
-    let kept =
-        file.at(arguments.how.encoder.at).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
-    if let Some((parameter, _)) = kept.parts.first() {
-        let told = format!(
-            "{name}: {} names some of its parts alone, and a restore takes whole values; `encoring program --file {name}` \
-             takes parts",
-            parameter.key()
-        );
-        return Err(bad_input(told));
+    let how = &arguments.how;
+    let whole = how.dry_run && how.encoder.at.is_none() && arguments.as_model.is_none();
+    if whole && file.encoders.len() > 1 {
+        return compare_ring(arguments, &name, &file);
     }
-    if kept.values.is_empty() {
-        return Err(bad_input(format!("{name}: no value in [parameters], so nothing to restore")));
-    }
-    let how = arguments.of(kept)?;
-    let (mut opened, target) = how.open("restore")?;
-    let carried = arguments.carried(&name, kept, target)?;
-    let values = carried.values.into_iter().map(|(parameter, value)| (parameter, value.into())).collect();
-    let wanted = Wanted { values, warnings: warnings(&name, target, &carried.lost) };
-    let told = how.work("restore", &mut opened, target, &wanted);
-    let told = told.map(|program| {
-        let address = opened.address.clone();
-        RestoreView::new(program, &name, &address, kept, target, carried.lost)
-    });
+    let kept = file.at(how.encoder.at).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
+    let restoring = Restoring::new(arguments, &name, kept)?;
+    let (mut opened, target) = restoring.how.open("restore")?;
+    let told = restoring.restored(&mut opened, target);
     opened.report(how.output, told, |view| view.answer(how.dry_run))
+}
+
+/// Compares every encoder of a ring with the file.
+fn compare_ring(arguments: &Arguments, name: &str, file: &ParameterFile) -> Result<Answer, Failure> {
+    let how = &arguments.how;
+    let restoring: Result<Vec<_>, _> =
+        file.encoders.iter().map(|kept| Restoring::new(arguments, name, kept)).collect();
+    let restoring = restoring?;
+    let mut opened = how.encoder.ring.open(Speed::Max)?;
+    let patience = patience(how.encoder.patience, opened.timeout())?;
+    let mut encoders = Vec::new();
+    for restoring in &restoring {
+        let position = restoring.how.encoder.at.unwrap_or_default();
+        let target = restoring.how.encoder.label.target(&opened, position, patience);
+        let compared = target.and_then(|target| restoring.restored(&mut opened, target));
+        encoders.push(match compared {
+            Ok(view) => ComparedView::Compared(view.into()),
+            // The others can be compared all the same.
+            Err(Failure::BadInput(why) | Failure::Refused(why) | Failure::NoAnswer(why))
+                if !opened.is_interrupted() =>
+            {
+                ComparedView::Failed { position, failed: why }
+            }
+            Err(failure) => return opened.report(how.output, Err(failure), RingView::answer),
+        });
+    }
+    opened.report(how.output, Ok(RingView::new(name, encoders)), RingView::answer)
+}
+
+/// An encoder that is to be as the file says.
+struct Restoring<'a> {
+    arguments: &'a Arguments,
+    name: &'a str,
+    kept: &'a KeptEncoder,
+    /// The options, with what the file says of the encoder.
+    how: How,
+    dialog: Dialog,
+}
+
+impl<'a> Restoring<'a> {
+    fn new(arguments: &'a Arguments, name: &'a str, kept: &'a KeptEncoder) -> Result<Self, Failure> {
+        if let Some((parameter, _)) = kept.parts.first() {
+            let told = format!(
+                "{name}: {} names some of its parts alone, and a restore takes whole values; `encoring program --file \
+                 {name}` takes parts",
+                parameter.key()
+            );
+            return Err(bad_input(told));
+        }
+        if kept.values.is_empty() {
+            return Err(bad_input(format!("{name}: no value in [parameters], so nothing to restore")));
+        }
+        let how = arguments.of(kept)?;
+        let dialog = Dialog::guiding(how.consent);
+        Ok(Self { arguments, name, kept, how, dialog })
+    }
+
+    /// Programs the values, or compares them, and makes the zero if somebody answers where.
+    fn restored(&self, opened: &mut Opened, target: Target) -> Result<RestoreView, Failure> {
+        let Self { arguments, name, kept, how, dialog } = self;
+        let carried = arguments.carried(name, kept, target)?;
+        let values = carried.values.into_iter().map(|(parameter, value)| (parameter, value.into())).collect();
+        let wanted = Wanted { values, warnings: warnings(name, target, &carried.lost) };
+        let program = how.work("restore", opened, target, &wanted, dialog)?;
+        let guided = !how.dry_run && program.is_in_order() && !dialog.is_silent();
+        if guided {
+            dialog.tell(&program.to_string());
+        }
+        let address = opened.address.clone();
+        let mut view = RestoreView::new(program, name, &address, kept, target, carried.lost);
+        if guided {
+            self.set_zero(opened, target, &mut view)?;
+        }
+        Ok(view)
+    }
+
+    fn set_zero(&self, opened: &mut Opened, target: Target, view: &mut RestoreView) -> Result<(), Failure> {
+        let mark = match zero_place(&self.dialog, self.kept, target) {
+            Ok(Some(mark)) => mark,
+            Ok(None) => {
+                view.zero_left("no place was named");
+                return Ok(());
+            }
+            Err(undone) => return left(view, undone),
+        };
+        let presetting = Presetting { value: mark.shown.into(), mark: Some(&mark), dialog: &self.dialog };
+        match presetting.adjust(opened, target) {
+            Ok(preset) => {
+                view.zero_made(&mark, preset);
+                Ok(())
+            }
+            Err(undone) => left(view, undone),
+        }
+    }
+}
+
+/// What is restored by now stays, and is told.
+fn left(view: &mut RestoreView, undone: Undone) -> Result<(), Failure> {
+    view.zero_left(match undone {
+        Undone::Declined => "the answer was no",
+        Undone::InputEnded => "the input has ended",
+        Undone::Failed(failure) => return Err(failure),
+    });
+    Ok(())
 }
 
 impl Arguments {

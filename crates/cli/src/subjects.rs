@@ -117,27 +117,18 @@ impl SubjectArguments {
     /// Brings the lists together.
     fn asked(&self, at: &Positions) -> Result<Vec<Asked>, Failure> {
         let count = at.0.len();
-        let fits = |option: &str, given: usize| match given {
-            0 | 1 => Ok(()),
-            _ if given == count => Ok(()),
-            _ => Err(bad_input(format!(
-                "{option}: {given} values for {count} encoders; give one, or one for each"
-            ))),
-        };
-        fits("--model", self.model.len())?;
-        fits("--native", self.native.len())?;
-        fits("--rod-mm", self.rod_mm.len())?;
-        let of = |k: usize, given: usize| if given == 1 { 0 } else { k };
-        let mut asked: Vec<Asked> = Vec::new();
-        for (k, position) in at.0.iter().enumerate() {
-            asked.push(Asked {
+        let (models, natives) = (at.each("--model", &self.model)?, at.each("--native", &self.native)?);
+        let rods = at.each("--rod-mm", &self.rod_mm)?;
+        let labels = at.0.iter().zip(models).zip(natives).zip(rods);
+        let mut asked: Vec<Asked> = labels
+            .map(|(((position, model), native), rod_um)| Asked {
                 position: *position,
-                model: self.model.get(of(k, self.model.len())).copied(),
-                native: self.native.get(of(k, self.native.len())).copied(),
-                rod_um: self.rod_mm.get(of(k, self.rod_mm.len())).copied(),
+                model,
+                native,
+                rod_um,
                 file: None,
-            });
-        }
+            })
+            .collect();
         for (k, text) in self.parameters.iter().enumerate() {
             let named = text
                 .split_once('=')

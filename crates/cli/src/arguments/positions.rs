@@ -1,8 +1,26 @@
-//! Several ring positions in one argument.
+//! Several ring positions in one argument, and what is said of the encoders there.
+
+use crate::output::{Failure, bad_input};
 
 /// Ring positions, each once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Positions(pub(crate) Vec<usize>);
+
+impl Positions {
+    /// What is given for each of these encoders: one value is meant for all.
+    pub(crate) fn each<T: Copy>(&self, option: &str, given: &[T]) -> Result<Vec<Option<T>>, Failure> {
+        let count = self.0.len();
+        match given {
+            [] => Ok(vec![None; count]),
+            [all] => Ok(vec![Some(*all); count]),
+            each if each.len() == count => Ok(each.iter().copied().map(Some).collect()),
+            each => Err(bad_input(format!(
+                "{option}: {} values for {count} encoders; give one, or one for each",
+                each.len()
+            ))),
+        }
+    }
+}
 
 /// Like `2`, `0,2` or `0-2`.
 pub(crate) fn positions(text: &str) -> Result<Positions, String> {
@@ -30,6 +48,15 @@ pub(crate) fn positions(text: &str) -> Result<Positions, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_value_is_for_all_encoders_and_several_are_one_for_each() {
+        let at = positions("0-2").unwrap();
+        assert_eq!(at.each::<u32>("--native", &[]).unwrap(), [None; 3]);
+        assert_eq!(at.each("--native", &[4096]).unwrap(), [Some(4096); 3]);
+        assert_eq!(at.each("--native", &[1, 2, 3]).unwrap(), [Some(1), Some(2), Some(3)]);
+        assert!(at.each("--native", &[1, 2]).is_err());
+    }
 
     #[test]
     fn positions_are_single_or_from_to() {

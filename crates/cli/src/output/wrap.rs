@@ -1,35 +1,47 @@
-//! Long lines for a terminal of 80 columns.
+//! Long lines, broken between words.
 
-/// The longest line.
-const WIDTH: usize = 79;
+/// The longest line of a terminal.
+const WIDTH: usize = 80;
+/// What stands behind an indentation is never narrower.
+const NARROWEST: usize = 20;
 
-/// The text with its long lines broken between words; what follows begins as far in as the line did, and `hanging` further.
+/// The text with its long lines broken; what follows begins as far in as the line did, and `hanging` further.
 pub(crate) fn wrapped(text: &str, hanging: usize) -> String {
     let mut out = String::new();
     for line in text.split_inclusive('\n') {
         let (line, end) = line.strip_suffix('\n').map_or((line, ""), |line| (line, "\n"));
-        broken(line, hanging, &mut out);
+        let words = line.trim_start_matches(' ');
+        let (first, rest) = (line.len() - words.len(), line.len() - words.len() + hanging);
+        let room = |indent: usize| WIDTH.saturating_sub(indent).max(NARROWEST);
+        let lines = broken(words, room(first), room(rest));
+        out.push_str(&" ".repeat(first));
+        out.push_str(&lines.join(&format!("\n{:rest$}", "")));
         out.push_str(end);
     }
     out
 }
 
-fn broken(line: &str, hanging: usize, out: &mut String) {
-    let indent = line.len() - line.trim_start_matches(' ').len() + hanging;
-    let mut rest = line;
-    let mut width = WIDTH;
-    while rest.chars().count() > width {
-        let fits = rest.char_indices().nth(width + 1).map_or(rest.len(), |(at, _)| at);
-        let start = rest.len() - rest.trim_start_matches(' ').len();
-        let space = rest.get(start..fits).and_then(|part| part.rfind(' ')).map(|at| at + start);
-        let Some((head, tail)) = space.and_then(|at| Some((rest.get(..at)?, rest.get(at..)?))) else { break };
-        out.push_str(head.trim_end());
-        out.push('\n');
-        out.push_str(&" ".repeat(indent));
-        rest = tail.trim_start_matches(' ');
-        width = WIDTH.saturating_sub(indent).max(20);
+/// The text in lines of at most `width` characters, but for a word that is longer.
+pub(crate) fn lines(text: &str, width: usize) -> Vec<String> {
+    broken(text, width, width)
+}
+
+fn broken(text: &str, first: usize, rest: usize) -> Vec<String> {
+    let (mut lines, mut line, mut width) = (Vec::new(), String::new(), first);
+    for word in text.split(' ') {
+        if !line.is_empty() {
+            if line.chars().count() + 1 + word.chars().count() > width {
+                lines.push(line.trim_end().to_owned());
+                line.clear();
+                width = rest;
+            } else {
+                line.push(' ');
+            }
+        }
+        line.push_str(word);
     }
-    out.push_str(rest);
+    lines.push(line);
+    lines
 }
 
 #[cfg(test)]
@@ -43,9 +55,17 @@ mod tests {
         let wrapped = wrapped(&text, 9);
         let lines: Vec<_> = wrapped.lines().collect();
         assert!(lines.iter().all(|line| line.len() <= WIDTH || !line.trim().contains(' ')), "{wrapped}");
+        assert!(lines[0].starts_with("  known    word"), "{wrapped}");
         assert!(lines[1].starts_with("           word"), "{wrapped}");
         let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
         assert_eq!(words(&wrapped), words(&text));
         assert_eq!(super::wrapped("a\n\n  b", 2), "a\n\n  b");
+    }
+
+    #[test]
+    fn a_width_counts_characters_and_a_longer_word_stays_whole() {
+        assert_eq!(lines("°°° °°° °°°", 7), ["°°° °°°", "°°°"]);
+        assert_eq!(lines("a bcdefgh i", 3), ["a", "bcdefgh", "i"]);
+        assert_eq!(lines("", 3), [""]);
     }
 }

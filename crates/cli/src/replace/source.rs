@@ -15,9 +15,9 @@ use encoring_workshop::reconstruct::words::WordFindings;
 use encoring_workshop::values::parameters_of;
 use encoring_workshop::{KeptEncoder, MachineMark, ParameterFile, Reference, ReferenceUnit};
 
-use super::dialog::Dialog;
 use super::{Arguments, missing};
 use crate::arguments::tell_doubts;
+use crate::dialog::Dialog;
 use crate::output::{Answer, Failure, bad_input};
 
 /// The largest recording that is looked through.

@@ -195,15 +195,14 @@ impl ReplaceView {
     pub(super) fn answer(&self, dry_run: bool) -> Answer {
         let program = self.program.as_ref();
         let programmed = program.map_or(Answer::No, ProgramView::answer);
-        let parts = [
+        Answer::of_all([
             match program {
                 Some(program) if dry_run && programmed == Answer::Yes && program.differs() => Answer::No,
                 _ => programmed,
             },
             self.preset_answer().unwrap_or(Answer::Yes),
             self.comparison.as_ref().map_or(Answer::Yes, ComparisonView::answer),
-        ];
-        [Answer::No, Answer::Unknown].into_iter().find(|answer| parts.contains(answer)).unwrap_or(Answer::Yes)
+        ])
     }
 }
 

@@ -2,13 +2,14 @@
 
 use std::fmt;
 
-use encoring_workshop::KeptEncoder;
 use encoring_workshop::zero::{ZeroRestored, set_of};
+use encoring_workshop::{KeptEncoder, MachineMark};
 use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
 use crate::output::Answer;
 use crate::output::wrap::wrapped;
+use crate::presetting::PresetView;
 use crate::programming::ProgramView;
 use crate::told::MarkView;
 
@@ -25,8 +26,53 @@ pub(super) struct RestoreView {
     not_in_file: Vec<String>,
     /// Presets that make the zero again, one for each mark.
     marks: Vec<MarkView>,
+    /// The mark at which the zero was made.
+    set_at: Option<MarkView>,
+    preset: Option<PresetView>,
     /// What a preset can restore of the zero, and how.
     zero: Vec<String>,
+}
+
+/// Every encoder of a file.
+#[derive(Serialize)]
+pub(super) struct RingView {
+    file: String,
+    encoders: Vec<ComparedView>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+pub(super) enum ComparedView {
+    Compared(Box<RestoreView>),
+    /// Why it was not compared.
+    Failed {
+        position: usize,
+        failed: String,
+    },
+}
+
+impl RingView {
+    pub(super) fn new(file: &str, encoders: Vec<ComparedView>) -> Self {
+        Self { file: file.to_owned(), encoders }
+    }
+
+    pub(super) fn answer(&self) -> Answer {
+        Answer::of_all(self.encoders.iter().map(|encoder| match encoder {
+            ComparedView::Compared(view) => view.answer(true),
+            ComparedView::Failed { .. } => Answer::Unknown,
+        }))
+    }
+}
+
+impl fmt::Display for RingView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.encoders.iter().try_for_each(|encoder| match encoder {
+            ComparedView::Compared(view) => writeln!(f, "{view}"),
+            ComparedView::Failed { position, failed } => {
+                writeln!(f, "position {position}: not compared: {failed}\n")
+            }
+        })
+    }
 }
 
 impl RestoreView {
@@ -49,16 +95,33 @@ impl RestoreView {
             not_carried_over: lost,
             not_in_file: unread.collect(),
             marks: kept.marks.iter().map(MarkView::new).collect(),
+            set_at: None,
+            preset: None,
             zero,
         }
     }
 
+    /// The zero was tried to be made here.
+    pub(super) fn zero_made(&mut self, mark: &MachineMark, preset: PresetView) {
+        if preset.answer() == Answer::Yes {
+            self.zero.clear();
+        }
+        self.set_at = Some(MarkView::new(mark));
+        self.preset = Some(preset);
+    }
+
+    /// The zero was not made; the way to it stands below.
+    pub(super) fn zero_left(&mut self, why: &str) {
+        self.zero.insert(0, format!("The zero was not made: {why}."));
+    }
+
     pub(super) fn answer(&self, dry_run: bool) -> Answer {
-        match self.program.answer() {
+        let program = match self.program.answer() {
             Answer::Yes if dry_run && self.program.differs() => Answer::No,
             Answer::Yes if !self.not_in_file.is_empty() => Answer::Unknown,
             answer => answer,
-        }
+        };
+        Answer::of_all([program, self.preset.as_ref().map_or(Answer::Yes, PresetView::answer)])
     }
 }
 
@@ -96,6 +159,9 @@ impl fmt::Display for RestoreView {
         }
         self.not_carried_over.iter().try_for_each(|lost| writeln!(f, "not carried over: {lost}"))?;
         self.not_in_file.iter().try_for_each(|lost| writeln!(f, "not restored: {lost}"))?;
+        if let (Some(mark), Some(preset)) = (&self.set_at, &self.preset) {
+            write!(f, "\nzero at {mark}\n{preset}")?;
+        }
         if !self.zero.is_empty() {
             writeln!(f)?;
         }

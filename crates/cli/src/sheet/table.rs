@@ -5,6 +5,8 @@ use std::fmt;
 use serde::Serialize;
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
 
+use crate::output::wrap::lines;
+
 /// What stands where a manual says nothing.
 pub(super) const NOT_STATED: &str = "not stated";
 
@@ -148,25 +150,9 @@ impl Table {
     }
 }
 
-/// A text in lines of at most `width`, but for a word that is longer.
-pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.len() + 1 + word.len() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
 /// A paragraph for people.
 pub(super) fn paragraph(f: &mut fmt::Formatter<'_>, text: &str) -> fmt::Result {
-    wrapped(text, WIDTH).iter().try_for_each(|line| writeln!(f, "{line}"))
+    lines(text, WIDTH).iter().try_for_each(|line| writeln!(f, "{line}"))
 }
 
 impl fmt::Display for Table {
@@ -174,7 +160,7 @@ impl fmt::Display for Table {
         let widths = self.widths();
         let mut row = |cells: Vec<String>| {
             let cells: Vec<Vec<String>> =
-                cells.iter().zip(&widths).map(|(cell, width)| wrapped(cell, *width)).collect();
+                cells.iter().zip(&widths).map(|(cell, width)| lines(cell, *width)).collect();
             let height = cells.iter().map(Vec::len).max().unwrap_or(0);
             (0..height).try_for_each(|at| {
                 let mut line = String::new();

@@ -16,6 +16,7 @@ use super::About;
 use super::seen::Seen;
 use crate::news::News;
 use crate::output::time::{seconds, span};
+use crate::output::wrap;
 
 /// The last events that are kept.
 const NEWS_KEPT: usize = 50;
@@ -152,7 +153,7 @@ impl Screen {
     fn told(&self, events: usize, width: usize) -> Vec<String> {
         let mut told = VecDeque::new();
         for news in self.news.iter().rev().take(events) {
-            let lines = wrap(&format!("{}  {}", news.date, news.told()), width);
+            let lines = behind_a_space(&format!("{}  {}", news.date, news.told()), width);
             if !told.is_empty() && told.len() + lines.len() > 2 * events {
                 break;
             }
@@ -321,19 +322,19 @@ fn lines(shown: &Shown, width: usize, size: Size) -> Vec<Line<'static>> {
     lines.push(Line::from(state));
     let style = mood(&seen.sight.verdict);
     for text in &seen.text {
-        lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
+        lines.extend(behind_a_space(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
     if let Judgement::Implausible(why) = seen.sight.verdict
         && why.is_step()
     {
         let text = "if you know why and the position is right now: key a acknowledges the jump";
-        lines.extend(wrap(text, width).into_iter().map(|text| Line::styled(text, style)));
+        lines.extend(behind_a_space(text, width).into_iter().map(|text| Line::styled(text, style)));
     }
     for cause in &seen.causes {
-        lines.extend(wrap(&cause.to_string(), width).into_iter().map(Line::raw));
+        lines.extend(behind_a_space(&cause.to_string(), width).into_iter().map(Line::raw));
     }
     for text in blindness(&seen.blind) {
-        lines.extend(wrap(&text, width).into_iter().map(|text| Line::styled(text, Modifier::DIM)));
+        lines.extend(behind_a_space(&text, width).into_iter().map(|text| Line::styled(text, Modifier::DIM)));
     }
     lines
 }
@@ -435,18 +436,8 @@ fn lamps(lamps: Option<LampsView>) -> Vec<Span<'static>> {
 }
 
 /// A text in lines of a width, behind a space.
-fn wrap(text: &str, width: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ').filter(|word| !word.is_empty()) {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(format!(" {word}")),
-        }
-    }
-    lines
+fn behind_a_space(text: &str, width: usize) -> Vec<String> {
+    wrap::lines(text, width.saturating_sub(1)).into_iter().map(|line| format!(" {line}")).collect()
 }
 
 /// A number in digits of three rows.

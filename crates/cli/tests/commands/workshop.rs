@@ -130,8 +130,26 @@ fn marks_are_added_to_a_backup_as_long_as_the_encoder_holds_its_values() {
 fn a_ring_is_kept_in_one_file_from_which_each_encoder_can_be_restored() {
     let bench = Bench::new();
     bench.out("backup ring-backup.toml", 0);
-    let which = bench.out("restore ring-backup.toml --dry-run", 2);
+    let which = bench.out("restore ring-backup.toml --yes", 2);
     assert!(which.contains("which one? --at POSITION tells; it holds the encoders at 0, 1, 2"), "{which}");
+    let same = bench.out("restore ring-backup.toml --dry-run", 0);
+    assert_eq!(same.lines().filter(|line| *line == "everything is programmed already").count(), 3, "{same}");
+    bench.out("write measuring-length 999 --at 0 --yes", 0);
+    let one = bench.out("restore ring-backup.toml --dry-run", 1);
+    assert_eq!(one.lines().filter(|line| *line == "everything is programmed already").count(), 2, "{one}");
+    let Run { code, out, err } = bench.run("restore ring-backup.toml --dry-run --format json");
+    let view: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(code, Some(1), "{out}{err}");
+    let positions: Vec<_> =
+        view["encoders"].as_array().unwrap().iter().map(|one| one["position"].as_u64()).collect();
+    assert_eq!((positions, &view["file"]), (vec![Some(0), Some(1), Some(2)], &"ring-backup.toml".into()));
+    // One that is not there hides no other, and what is not known is no yes.
+    let longer = bench.file("ring-backup.toml").replace("position = 2\n", "position = 7\n");
+    fs::write(bench.path().join("longer.toml"), longer).unwrap();
+    let longer = bench.out("restore longer.toml --dry-run", 1);
+    assert!(longer.contains("position 7: not compared: --at 7: "), "{longer}");
+    bench.out("restore ring-backup.toml --at 0 --yes", 0);
+    bench.out("restore longer.toml --dry-run", 3);
     bench.out("write measuring-length 999 --at 0 --yes", 0);
     bench.out("restore ring-backup.toml --at 0 --dry-run", 1);
     bench.out("restore ring-backup.toml --at 0 --yes", 0);
@@ -190,6 +208,45 @@ fn files_that_are_no_backups_write_nothing() {
     fs::write(bench.path().join("together.toml"), together).unwrap();
     let refused = bench.out("restore together.toml --yes", 1);
     assert!(refused.contains("the data check would refuse these values together"), "{refused}");
+}
+
+#[test]
+fn a_restore_asks_and_guides_to_the_zero() {
+    let way = "encoring preset 5000 --bus sim:ring.toml --at 2";
+    // Without an answer nothing is written.
+    let bench = replaced();
+    let Run { code, out, err } = bench.answered("restore axis.toml", "");
+    assert_eq!(code, Some(2), "{out}{err}");
+    assert!(err.contains("measuring_length 16777215 -> 9999") && err.contains("pass --yes"), "{err}");
+    let Run { code, err, .. } = bench.answered("restore axis.toml", "n\n");
+    assert_eq!(code, Some(1), "{err}");
+    bench.out("restore axis.toml --dry-run", 1);
+    // Who answers no more has a unit that is programmed, and reads what is left to do.
+    let Run { code, out, err } = bench.answered("restore axis.toml", "y\n");
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(out.contains("The zero was not made: the input has ended.") && out.contains(way), "{out}{err}");
+    let Run { code, out, err } = bench.answered("restore axis.toml", "1\nn\n");
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(out.contains("The zero was not made: the answer was no.") && out.contains(way), "{out}{err}");
+    // Nothing differs any more, so the place is the only question, and its preset.
+    let Run { code, out, err } = bench.answered("restore axis.toml", "1\ny\n");
+    assert_eq!(code, Some(0), "{out}{err}");
+    assert!(out.contains("zero at mark \"stop left\" (0 mm)"), "{out}{err}");
+    assert!(out.contains("position now:    5000") && !out.contains(way), "{out}{err}");
+    assert!(with_long_lines(&err).contains("note the mark where the position has just become"), "{err}");
+}
+
+#[test]
+fn a_pending_error_is_no_consent_to_a_data_check() {
+    let bench = replaced();
+    bench.out("write numerator 100 --at 2 --yes", 1);
+    let fault = "[[event]]\nat_s = 0\nposition = 2\nset = { eeprom = { fault = \"read\" } }\n";
+    fs::write(bench.path().join("ring.toml"), format!("{RING}{fault}")).unwrap();
+    for (command, answers) in [("restore axis.toml", "n\n"), ("replace --at 2", "1\naxis.toml\n\nn\n")] {
+        let Run { code, out, err } = bench.answered(command, answers);
+        assert_eq!(code, Some(1), "{command}: {out}{err}");
+        assert!(with_long_lines(&err).contains("It comes first: an error is pending."), "{command}: {err}");
+    }
 }
 
 /// An old unit with its backup, and a new one in its place.

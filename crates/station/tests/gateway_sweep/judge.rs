@@ -145,16 +145,6 @@ pub(crate) fn run<B: Ringed>(bus: &mut B, command: Command, faults: &B::Faults) 
 type Judge = Box<dyn FnOnce(&DeviceView, &DeviceView, &mut Told) -> End>;
 
 impl Command {
-    pub(crate) const ALL: [Self; 7] = [
-        Self::Read,
-        Self::Check,
-        Self::Write,
-        Self::Program,
-        Self::Preset,
-        Self::Release,
-        Self::NeedlessRelease,
-    ];
-
     /// Whether one answer that is late or lost must not end it.
     pub(crate) fn repeats_everything(self) -> bool {
         matches!(self, Self::Read | Self::Check | Self::Write | Self::Program)

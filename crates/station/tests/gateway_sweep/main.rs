@@ -126,11 +126,50 @@ fn nothing_is_released_where_no_service_bit_stands() {
     part(Command::NeedlessRelease, 3);
 }
 
+/// Every request in every way, and thousands of pairs of faults.
+fn whole(command: Command) {
+    one_fault(command, &STARTS, 1);
+    two_faults(command, 5_000);
+}
+
 #[test]
 #[ignore = "minutes: in .ci/long"]
-fn every_request_of_every_command_in_every_way_and_thousands_of_pairs() {
-    for command in Command::ALL {
-        one_fault(command, &STARTS, 1);
-        two_faults(command, 5_000);
-    }
+fn every_request_of_a_read_and_thousands_of_pairs() {
+    whole(Command::Read);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_check_and_thousands_of_pairs() {
+    whole(Command::Check);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_write_and_thousands_of_pairs() {
+    whole(Command::Write);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_program_and_thousands_of_pairs() {
+    whole(Command::Program);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_preset_and_thousands_of_pairs() {
+    whole(Command::Preset);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_release_and_thousands_of_pairs() {
+    whole(Command::Release);
+}
+
+#[test]
+#[ignore = "minutes: in .ci/long"]
+fn every_request_of_a_needless_release_and_thousands_of_pairs() {
+    whole(Command::NeedlessRelease);
 }
