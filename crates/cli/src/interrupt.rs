@@ -3,7 +3,6 @@
 //! A command that only looks ends on the first signal also where it waits for whoever reads its output, and any command
 //! while a question stands.
 
-use std::io;
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -15,6 +14,7 @@ use encoring_words::OutWord;
 use ratatui::crossterm::terminal::disable_raw_mode;
 
 use crate::output::{Failure, note};
+use crate::signals;
 
 /// What a command has after the second signal to end by itself.
 const LAST_CHANCE: Duration = Duration::from_millis(1_500);
@@ -70,8 +70,7 @@ impl Interrupt {
             came: Arc::default(),
         };
         let (mine, signals) = (interrupt.clone(), AtomicU32::new(0));
-        ctrlc::set_handler(move || mine.signalled(signals.fetch_add(1, Ordering::Relaxed) + 1))
-            .map_err(|cause| Failure::Output(io::Error::other(cause)))?;
+        signals::on_each(move || mine.signalled(signals.fetch_add(1, Ordering::Relaxed) + 1))?;
         Ok(interrupt)
     }
 

@@ -15,6 +15,7 @@ mod diagnose;
 mod dialog;
 mod interrupt;
 mod log;
+mod man;
 mod memories;
 mod news;
 mod noted;
@@ -34,10 +35,12 @@ mod restore;
 mod ring;
 mod scan;
 mod sheet;
+mod signals;
 mod sim;
 mod ssi;
 mod subjects;
 mod told;
+mod version;
 mod watch;
 mod word_view;
 mod write;
@@ -49,7 +52,7 @@ use clap::{Parser, Subcommand};
 
 /// TR absolute encoders on INTERBUS-S, as software.
 #[derive(Parser)]
-#[command(name = "encoring", version, max_term_width = 100, after_help = output::EXIT_CODES)]
+#[command(name = "encoring", version, long_version = version::LONG, max_term_width = 100, after_help = output::EXIT_CODES)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -90,5 +93,5 @@ commands! {
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
     Backup backup, Restore restore, Replace replace,
     Watch watch, Log log, Diagnose diagnose, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
-    Completions completions,
+    Completions completions, Man man,
 }

@@ -29,6 +29,7 @@ use crate::memories::can_be_written;
 use crate::output::printer::{Closing, READER_PATIENCE};
 use crate::output::progress::{Progress, RING_TIME};
 use crate::output::{Answer, Failure, bad_input, note};
+use crate::signals;
 use report::{Addresses, Report};
 
 mod gateway;
@@ -187,7 +188,7 @@ async fn simulate(
     // From here on a signal ends the simulation in order, also between its first line and its first wait.
     let signalled = Arc::new(Notify::new());
     let for_handler = Arc::clone(&signalled);
-    ctrlc::set_handler(move || for_handler.notify_one()).map_err(io::Error::other)?;
+    signals::on_each(move || for_handler.notify_one())?;
     // Everything that can be refused is looked at before anything is written.
     arguments.recordable()?;
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;

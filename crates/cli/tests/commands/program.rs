@@ -38,8 +38,27 @@ fn every_command_explains_itself_with_examples() {
 
 #[test]
 fn it_knows_its_version() {
-    let Run { code, out, .. } = encoring(&["--version"], b"");
+    let Run { code, out, .. } = encoring(&["-V"], b"");
     assert_eq!((code, out), (Some(0), format!("encoring {}\n", env!("CARGO_PKG_VERSION"))));
+    let Run { code, out, .. } = encoring(&["--version"], b"");
+    let lines: Vec<_> = out.lines().collect();
+    assert_eq!((code, lines[0]), (Some(0), &*format!("encoring {}", env!("CARGO_PKG_VERSION"))));
+    assert!(lines[1].starts_with("commit ") && lines[2].starts_with("built for "), "{out}");
+    assert!(lines[3].starts_with("features: ") && lines.len() == 4, "{out}");
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let folder = tempfile::tempdir().unwrap();
+    let Run { code, out, .. } = encoring(&["man", folder.path().to_str().unwrap()], b"");
+    assert_eq!((code, &*out), (Some(0), ""));
+    for page in ["encoring.1", "encoring-sim.1", "encoring-ssi-decode.1"] {
+        let page = std::fs::read_to_string(folder.path().join(page)).unwrap();
+        assert!(page.contains(".SH SYNOPSIS"), "{page}");
+    }
+    let none = folder.path().join("none");
+    let Run { code, err, .. } = encoring(&["man", none.to_str().unwrap()], b"");
+    assert!(code == Some(2) && err.contains("this is no folder; make it first"), "{err}");
 }
 
 #[test]

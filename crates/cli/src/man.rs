@@ -1,0 +1,33 @@
+//! `encoring man`: a manual page for each command, for packages.
+
+use std::io;
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory};
+
+use crate::output::{Answer, Failure, bad_input};
+
+/// Write a manual page for each command into a folder
+#[derive(Args, Debug)]
+#[command(
+    hide = true,
+    after_help = "\
+Example:
+  encoring man man1    # then: man ./man1/encoring-sim.1"
+)]
+pub(crate) struct Arguments {
+    /// The folder, which must be there. Pages of the same names are replaced.
+    folder: PathBuf,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    let folder = &arguments.folder;
+    if !folder.is_dir() {
+        return Err(bad_input(format!("{}: this is no folder; make it first", folder.display())));
+    }
+    let told = |problem: io::Error| {
+        Failure::Output(io::Error::new(problem.kind(), format!("{}: {problem}", folder.display())))
+    };
+    clap_mangen::generate_to(crate::Arguments::command(), folder).map_err(told)?;
+    Ok(Answer::Yes)
+}
