@@ -100,6 +100,7 @@ fn the_shapes_name_every_key_and_no_other() {
     keys_of(&ring.ask(r#"{"verb":"view","id":1}"#), &mut keys);
     keys_of(&ring.ask("{}"), &mut keys);
     keys_of(&ring.ask(r#"{"verb":"gateway"}"#), &mut keys);
+    keys_of(&ring.ask(r#"{"verb":"service","position":1,"service":8}"#), &mut keys);
     let help = ring.ask(r#"{"verb":"help"}"#);
     keys.extend(["verbs".to_owned(), "does".to_owned(), "verb".to_owned(), "examples".to_owned()]);
     assert!(help["verbs"][0].as_object().unwrap().keys().all(|key| keys.contains(key)));

@@ -153,7 +153,7 @@ fn help_gives_lines_that_work() {
     let help = ring.ask(r#"{"verb":"help"}"#);
     let verbs = help["verbs"].as_array().unwrap();
     let names: Vec<&Value> = verbs.iter().map(|verb| &verb["verb"]).collect();
-    assert_eq!(names, ["set", "line", "gateway", "view", "help"]);
+    assert_eq!(names, ["set", "out", "service", "line", "gateway", "view", "help"]);
     let mut examples = 0;
     for verb in verbs {
         for example in verb["examples"].as_array().unwrap() {
@@ -162,7 +162,7 @@ fn help_gives_lines_that_work() {
             examples += 1;
         }
     }
-    assert_eq!(examples, 14);
+    assert_eq!(examples, 18);
 }
 
 #[test]
@@ -193,9 +193,9 @@ fn a_refusal_names_place_value_and_limit() {
         ("{", "column 1: EOF while parsing an object"),
         (r#"{"verb":"view"} {}"#, "column 17: trailing characters"),
         (r#"{"verb":"view","verb":"help"}"#, "column 21: duplicate field `verb`"),
-        ("{}", "verb is missing; the verbs are set, line, gateway, view, help"),
-        (r#"{"verb":"sett"}"#, "verb \"sett\"; the verbs are set, line, gateway, view, help"),
-        (r#"{"verb":7}"#, "verb 7; the verbs are set, line, gateway, view, help"),
+        ("{}", "verb is missing; the verbs are set, out, service, line, gateway, view, help"),
+        (r#"{"verb":"sett"}"#, "verb \"sett\"; the verbs are set, out, service, line, gateway, view, help"),
+        (r#"{"verb":7}"#, "verb 7; the verbs are set, out, service, line, gateway, view, help"),
         (r#"{"verb":"view","x":1}"#, "column 18: unknown field `x`, expected `verb` or `id`"),
         (r#"{"verb":"set","set":{"raw":1}}"#, "column 30: missing field `position`"),
         (r#"{"verb":"set","position":3,"set":{"raw":1}}"#, "position 3; the encoders are at 0 to 2"),
@@ -317,4 +317,81 @@ fn faults_of_the_gateway_are_passed_on_as_text_listed_and_ended() {
     for line in [r#"{"verb":"gateway"}"#, r#"{"verb":"gateway","fault":"close"}"#] {
         assert_eq!(ring.refused(line), "there is no Modbus server whose answers could be spoilt");
     }
+}
+
+#[test]
+fn an_out_word_written_step_by_step_is_a_service() {
+    // [R31..R40]
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"out","position":1,"word":"4200 270F"}"#);
+    ring.until(|view| device(view, 1)["out"] == "4200270F" && device(view, 1)["handshake"] == "normal");
+    ring.done(r#"{"verb":"out","position":1,"word":"16#C200270F"}"#);
+    ring.until(|view| device(view, 1)["in"] == "C200270F");
+    ring.done(r#"{"verb":"out","position":1,"word":"0x4200270F"}"#);
+    ring.until(|view| device(view, 1)["handshake"] == "normal");
+    let history = ring.controlled.ring.history().since(1, 0, 100).unwrap();
+    let steps = history.changes.iter().flat_map(|change| [change.out_step, change.in_step]).flatten();
+    assert_eq!(steps.map(encoring_station::ServiceStep::number).collect::<Vec<_>>(), [1, 2, 3, 4, 5]);
+    for (word, problem) in [("18", "word: "), ("torn", "word: "), ("", "word: ")] {
+        let line = json!({ "verb": "out", "position": 1, "word": word }).to_string();
+        assert!(ring.refused(&line).starts_with(problem), "{}", ring.refused(&line));
+    }
+    let last = ring.refused(r#"{"verb":"out","position":3,"word":"C200270F"}"#);
+    assert_eq!(last, "position 3; the encoders are at 0 to 2");
+}
+
+#[test]
+fn a_service_in_one_go_gives_the_reply_and_leaves_five_steps() {
+    // [R31..R40]
+    let ring = Ring::start();
+    let serve = |line: &str| ring.ask(line)["reply"].clone();
+    let good = |data: u32| json!({ "data": data, "error": false, "error_before": false });
+    assert_eq!(serve(r#"{"verb":"service","position":1,"service":2,"value":9999}"#), good(9_999));
+    assert_eq!(serve(r#"{"verb":"service","position":1,"service":2}"#), good(9_999));
+    assert_eq!(serve(r#"{"verb":"service","position":1,"service":8}"#), good(0));
+    assert_eq!(serve(r#"{"verb":"service","position":1,"service":6,"value":17}"#), good(17));
+    let history = ring.controlled.ring.history().since(1, 0, 100).unwrap();
+    let steps = history.changes.iter().flat_map(|change| [change.out_step, change.in_step]).flatten();
+    let steps: Vec<u8> = steps.map(encoring_station::ServiceStep::number).collect();
+    assert_eq!(steps, [1, 2, 3, 4, 5].repeat(4));
+    for (line, refusal) in [
+        (r#"{"verb":"service","position":1,"service":7}"#, "service 7; the services are 1 to 6, 8, 9 and 13"),
+        (
+            r#"{"verb":"service","position":2,"service":4}"#,
+            "position 2: a ce-65-m has no service 04 (preset value 1)",
+        ),
+        (
+            r#"{"verb":"service","position":1,"service":9,"value":100}"#,
+            "position 1: revolutions denominator: 100 is outside 1..99",
+        ),
+        (
+            r#"{"verb":"service","position":1,"service":6}"#,
+            "service 6, the preset adjustment, cannot be read; value is missing",
+        ),
+        (
+            r#"{"verb":"service","position":1,"service":8,"value":0}"#,
+            "value with service 8, the data check, which is only read",
+        ),
+        (
+            r#"{"verb":"service","position":1,"service":2,"value":-1}"#,
+            "value -1; the limits are 0 and 16777215",
+        ),
+    ] {
+        assert_eq!(ring.refused(line), refusal, "{line}");
+    }
+    assert_eq!(ring.controlled.ring.history().counts()[1], 20, "what is refused sends nothing");
+}
+
+#[test]
+fn a_service_of_another_master_or_of_an_encoder_that_is_off_is_told() {
+    let ring = Ring::start();
+    ring.done(r#"{"verb":"out","position":1,"word":"88000000"}"#);
+    assert_eq!(
+        ring.refused(r#"{"verb":"service","position":1,"service":2}"#),
+        "position 1: OUT holds 88000000: a service is under way, or was left there; this one was not begun"
+    );
+    ring.done(r#"{"verb":"set","position":2,"set":{"supply_v":0}}"#);
+    ring.until(|view| device(view, 2)["on"] == false);
+    let late = ring.refused(r#"{"verb":"service","position":2,"service":8}"#);
+    assert!(late.starts_with("position 2: waited 1 s for"), "{late}");
 }

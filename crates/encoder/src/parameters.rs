@@ -69,6 +69,15 @@ impl Parameters {
         &self.active
     }
 
+    /// The set that the last good data check took, as the memory has it; `None` if it is lost, or where values take
+    /// effect at once and there is none.
+    pub fn accepted(&self, memory: &mut impl Storage) -> Option<ParameterSet> {
+        match self.model.effect() {
+            Effect::AtOnce => None,
+            Effect::AtDataCheck => read_accepted(self.model, self.sensor, memory),
+        }
+    }
+
     /// The validity bits of the programmed set, as the next data check will find them.
     #[must_use]
     pub fn validity(&self) -> ErrorStatus {

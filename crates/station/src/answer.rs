@@ -37,10 +37,19 @@ struct Answer<'a> {
 #[serde(untagged)]
 enum Content<'a> {
     Done {},
+    Reply { reply: ReplyView },
     View { view: &'a View },
     GatewayFaults { faults: &'a [String] },
     Help { verbs: Vec<Help> },
     Refused { error: String },
+}
+
+/// What an encoder replied to a service.
+#[derive(Serialize)]
+struct ReplyView {
+    data: u32,
+    error: bool,
+    error_before: bool,
 }
 
 #[derive(Serialize)]
@@ -53,6 +62,9 @@ struct Help {
 fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
     let content = match result {
         Ok(Given::Done) => Content::Done {},
+        Ok(Given::Reply { reply, error_before }) => Content::Reply {
+            reply: ReplyView { data: reply.data, error: reply.error, error_before: *error_before },
+        },
         Ok(Given::View(view)) => Content::View { view },
         Ok(Given::GatewayFaults(faults)) => Content::GatewayFaults { faults },
         Ok(Given::Help) => Content::Help {

@@ -23,6 +23,17 @@ pub(crate) fn status<S: Serializer>(status: &ErrorStatus, serializer: S) -> Resu
     hex(&status.bits(), serializer)
 }
 
+/// The same, or `null`.
+pub(crate) fn status_if_on<S: Serializer>(
+    status: &Option<ErrorStatus>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    match status {
+        Some(bits) => self::status(bits, serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
 /// `normal`, `busy`, `acknowledged`, or `ignoring` a stale service bit; `off` without one.
 pub(crate) fn handshake<S: Serializer>(
     handshake: &Option<Handshake>,

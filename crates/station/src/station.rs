@@ -7,15 +7,17 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration as Real, Instant as Clock};
 
 use encoring_bus::SharedImage;
+use encoring_host::Request as Service;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::scenario::Change;
 use encoring_sim::{Eeprom, Fault, World};
-use encoring_words::Duration;
+use encoring_words::{Duration, OutWord};
 
 use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::history::{Watched, WordHistory};
 use crate::pace::{Pace, Speed};
 use crate::recording::Recorder;
+use crate::serving::{Served, Serving};
 use crate::view::{Counters, View};
 
 /// How many requests may wait for the ring's thread; whoever asks more waits too.
@@ -77,6 +79,8 @@ enum Request {
     Trouble { segment: usize, fault: Option<(Fault, Duration)>, done: SyncSender<()> },
     View(SyncSender<View>),
     Memories(SyncSender<Vec<Memory>>),
+    WriteOut { position: usize, word: OutWord, done: SyncSender<()> },
+    Serve { position: usize, service: Service, done: SyncSender<Served> },
     Tell(Happened),
     Stop,
 }
@@ -116,6 +120,8 @@ impl Station {
             counters: Counters::default(),
             events,
             watched,
+            serving: Serving::default(),
+            carried: Vec::new(),
             record: options.record,
             recording: Ok(()),
         };
@@ -179,6 +185,23 @@ impl Handle {
         self.ask(|done| Request::Change { position, changes, done })
     }
 
+    /// Writes the OUT word of an encoder whole; returns when a cycle of the ring has carried it. Past the last encoder
+    /// nothing happens.
+    ///
+    /// # Errors
+    /// [`RingStopped`] if the ring no longer runs.
+    pub fn write_out(&self, position: usize, word: OutWord) -> Result<(), RingStopped> {
+        self.ask(|done| Request::WriteOut { position, word, done })
+    }
+
+    /// Carries a service out as a master does that sees every cycle; returns when it is over.
+    ///
+    /// # Errors
+    /// [`RingStopped`] if the ring no longer runs, also if it stops meanwhile.
+    pub fn serve(&self, position: usize, service: Service) -> Result<Served, RingStopped> {
+        self.ask(|done| Request::Serve { position, service, done })
+    }
+
     /// Troubles a segment for a time, or with `None` ends every trouble; returns when it is done.
     ///
     /// # Errors
@@ -239,6 +262,9 @@ struct Running {
     counters: Counters,
     events: Events,
     watched: Watched,
+    serving: Serving,
+    /// Who waits for the next cycle to be over.
+    carried: Vec<SyncSender<()>>,
     record: Option<Recorder>,
     recording: io::Result<()>,
 }
@@ -294,13 +320,17 @@ impl Running {
     }
 
     fn cycle(&mut self) {
-        let (world, watched) = (&mut self.world, &mut self.watched);
+        let (world, watched, serving) = (&mut self.world, &mut self.watched, &mut self.serving);
         let cycled = self.image.with(|image| {
             let (out, input) = image.both();
             let cycled = world.cycle(out, input);
             world.diagnose(image);
             watched.cycled(cycled.at, image.out(), image.input());
+            serving.cycled(cycled.at, cycled.verdict == Verdict::Good, world.cycle_time(), image);
             cycled
+        });
+        self.carried.drain(..).for_each(|done| {
+            let _ = done.send(());
         });
         self.verdict = cycled.verdict;
         self.events.slot(cycled.at, cycled.verdict, self.world.ring().master());
@@ -343,6 +373,14 @@ impl Running {
                     at_power_off: place.node().memory_at_power_off(),
                 });
                 let _ = answer.send(memories.collect());
+            }
+            Request::WriteOut { position, word, done } => {
+                self.image.with(|image| image.out_mut().get_mut(position).map(|out| *out = word));
+                self.carried.push(done);
+            }
+            Request::Serve { position, service, done } => {
+                let (now, serving) = (self.world.now(), &mut self.serving);
+                self.image.with(|image| serving.begin(now, (position, service), image, done));
             }
             Request::Tell(what) => self.events.push(self.world.now(), what),
             Request::Stop => return Next::Stop,

@@ -97,8 +97,11 @@ pub struct DeviceView {
     pub lamps: LampsView,
     /// The reader on its SSI; `None` without one.
     pub ssi: Option<SsiView>,
-    /// Programmed and active parameters, by service.
+    /// Programmed, accepted and active parameters, by service.
     pub parameters: Vec<ParameterView>,
+    /// The status bits that a data check would find in the programmed values; `None` while off.
+    #[serde(serialize_with = "json::status_if_on")]
+    pub data_check: Option<ErrorStatus>,
     /// Writes of the memory so far, by record.
     pub memory_writes: MemoryWrites,
 }
@@ -163,6 +166,8 @@ pub struct ParameterView {
     pub name: &'static str,
     /// What a read returns.
     pub programmed: u32,
+    /// What the last good data check took; `None` where there is no such set, or its record is lost.
+    pub accepted: Option<u32>,
     /// What the position is computed with.
     pub active: u32,
 }
@@ -227,6 +232,9 @@ impl DeviceView {
             Some(encoder) => (*encoder.parameters().programmed(), *encoder.active()),
             None => (ParameterSet::default(), ParameterSet::default()),
         };
+        // Reading needs a memory to itself: a failing one fails here too, and shows 0.
+        let mut memory = node.memory().clone();
+        let accepted = encoder.and_then(|encoder| encoder.parameters().accepted(&mut memory));
         let parameters = PARAMETERS
             .into_iter()
             .filter(|parameter| encoder.is_some() && parameter.service().known_to(unit.model()))
@@ -234,10 +242,9 @@ impl DeviceView {
                 service: parameter.service().number(),
                 name: parameter.service().name(),
                 programmed: programmed.value(parameter),
+                accepted: accepted.map(|accepted| accepted.value(parameter)),
                 active: active.value(parameter),
             });
-        // Reading needs a memory to itself: a failing one fails here too, and shows 0.
-        let mut memory = node.memory().clone();
         let mut writes = |record| write_count(&mut memory, record);
         Some(Self {
             position,
@@ -263,6 +270,7 @@ impl DeviceView {
             lamps: LampsView::of(world, position)?,
             ssi: place.ssi().map(SsiView::of),
             parameters: parameters.collect(),
+            data_check: encoder.map(|encoder| encoder.parameters().validity()),
             memory_writes: MemoryWrites {
                 programmed: PARAMETERS
                     .into_iter()
