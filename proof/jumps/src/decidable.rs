@@ -71,7 +71,7 @@ pub(crate) fn rivals(scene: &Scene, trace: &Trace) -> Vec<Cause> {
         }
         Trace::OverAcceleration { change, acceleration } => {
             let span = Scene { period: scene.period.max(change / acceleration), ..*scene };
-            let hidden = span.hides(change * span.period.min(change / acceleration));
+            let hidden = span.hides(change * span.period);
             vec![(!scene.parameters_told || hidden).then_some(Cause::Motion)]
         }
         Trace::Bit { bit, carry } => {

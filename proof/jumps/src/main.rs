@@ -1,13 +1,31 @@
-//! What can be told of a jump, and recordings whose jumps are known; see docs/diagnosis.md.
+//! What can be told of a jump, and recordings whose jumps are known; see README.md of this folder.
 
 mod cause;
+mod chance;
+mod corpus;
 mod decidable;
+mod device;
+mod faults;
+mod file;
+mod plan;
+mod report;
 mod scene;
+mod score;
+mod stage;
 mod table;
+#[cfg(test)]
+mod tests;
+mod travel;
 
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::corpus::Case;
+use crate::score::Score;
 
 /// Tell what can be told of a jump, and make recordings whose jumps are known.
 #[derive(Parser)]
@@ -21,11 +39,101 @@ struct Arguments {
 enum Command {
     /// Print the tables of docs/diagnosis.md: cause, period and speed.
     Table,
+    /// Write the recording of a seed as FILE, and its truth beside it as FILE.json.
+    Write {
+        /// 0 to 9999 are the corpus.
+        seed: u64,
+        /// The table, as CSV; what is there is replaced.
+        file: PathBuf,
+    },
+    /// Give the recordings to the diagnosis, and say how often it was right.
+    Score {
+        /// Which half of the seeds 0 to 9999.
+        #[arg(long, value_enum, default_value_t = Half::Development)]
+        half: Half,
+        /// Only so many of them.
+        #[arg(long, default_value_t = 5_000)]
+        recordings: usize,
+        /// Also the most frequent kinds of mistakes, with seeds.
+        #[arg(long)]
+        misses: bool,
+    },
+    /// Count the causes of a range of seeds, and how many of them can be told.
+    Count {
+        /// How many seeds, from 0.
+        seeds: u64,
+    },
+}
+
+/// Half of the corpus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Half {
+    /// Even seeds: to look at while the diagnosis is made.
+    Development,
+    /// Odd seeds: for the final figures only.
+    Final,
+}
+
+impl Half {
+    fn seeds(self, recordings: usize) -> Vec<u64> {
+        let first = match self {
+            Self::Development => 0,
+            Self::Final => 1,
+        };
+        (first..10_000).step_by(2).take(recordings).collect()
+    }
 }
 
 fn main() -> ExitCode {
-    match Arguments::parse().command {
-        Command::Table => print!("{}", table::markdown()),
+    let done = match Arguments::parse().command {
+        Command::Table => {
+            print!("{}", table::markdown());
+            Ok(())
+        }
+        Command::Write { seed, file } => write(seed, &file),
+        Command::Score { half, recordings, misses } => {
+            let score = Score::of_many(&half.seeds(recordings));
+            print!("{}", report::markdown(&score));
+            if misses {
+                print!("\n{}", report::misses(&score));
+            }
+            Ok(())
+        }
+        Command::Count { seeds } => {
+            count(seeds);
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::FAILURE
+        }
     }
-    ExitCode::SUCCESS
+}
+
+fn write(seed: u64, file: &Path) -> io::Result<()> {
+    let case = Case::of(seed);
+    std::fs::write(file, file::table(&case))?;
+    let mut beside = file.as_os_str().to_owned();
+    beside.push(".json");
+    std::fs::write(beside, format!("{:#}\n", file::truth(&case)))
+}
+
+fn count(seeds: u64) {
+    let mut counts: BTreeMap<&str, (u32, u32)> = BTreeMap::new();
+    let mut clean = 0;
+    for case in (0..seeds).map(Case::of) {
+        clean += u32::from(case.jumps.is_empty());
+        for jump in case.jumps {
+            let (all, told) = counts.entry(jump.cause.name()).or_default();
+            *all += 1;
+            *told += u32::from(jump.rivals.is_empty());
+        }
+    }
+    println!("{clean} of {seeds} recordings without a jump");
+    for (name, (all, told)) in counts {
+        println!("{name:18} {all:6} jumps, {told:6} can be told");
+    }
 }

@@ -12,6 +12,8 @@ pub(crate) enum Column {
     Low24,
     /// Its low 16 bits.
     Low16,
+    /// The position as a decimal number.
+    Decimal,
 }
 
 /// What is known at the place of a jump. Lengths are steps that are shown, times seconds.
