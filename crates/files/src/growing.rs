@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
 use crate::Lock;
+use crate::lock::unwritten;
 use crate::replace::{folder, new_file, prefix, sync_folder};
 
 /// What becomes of a file that has the name already.
@@ -123,9 +124,9 @@ fn put_aside(target: &Path, partial: &Path) -> io::Result<Option<PathBuf>> {
     if !is_there(partial)? {
         return Ok(None);
     }
-    let found = File::open(partial)?;
-    Lock::file(&found)
-        .map_err(|_| io::Error::new(io::ErrorKind::ResourceBusy, "another program writes it"))?;
+    let found = unwritten(partial)?;
+    let _found =
+        found.ok_or_else(|| io::Error::new(io::ErrorKind::ResourceBusy, "another program writes it"))?;
     let mut path = TempPath::try_from_path(fs::canonicalize(partial)?)?;
     for number in 1_u32.. {
         let aside = with_ending(target, &format!("{number}.partial"));

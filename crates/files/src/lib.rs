@@ -16,6 +16,6 @@ pub mod toml_text;
 
 pub use growing::{Existing, Growing};
 pub use lines::LineFile;
-pub use lock::{Held, Lock};
+pub use lock::{Held, Lock, is_in_use, sole_writer};
 pub use read::{Bounded, TextError, line_at, open, read_text};
 pub use replace::{Replacement, sync_folder};

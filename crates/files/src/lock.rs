@@ -1,4 +1,7 @@
 //! One program at a time.
+//!
+//! On Windows a lock keeps readers away too, and a file that is written for days must be looked at meanwhile. There the
+//! way in which such a file is opened keeps other writers away: [`sole_writer`].
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -26,19 +29,58 @@ impl Lock {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "no ordinary file"));
         }
         let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        Ok(Self::file(&file).is_ok().then_some(Self(file)))
+        Ok(locked(&file).is_ok().then_some(Self(file)))
     }
 
-    /// Locks an open file for as long as it is open.
+    /// Locks a file that was opened by [`sole_writer`] for as long as it is open.
     ///
     /// # Errors
     /// [`Held`].
     pub fn file(file: &File) -> Result<(), Held> {
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => Err(Held),
-            Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-        }
+        if cfg!(windows) { Ok(()) } else { locked(file) }
     }
+}
+
+fn locked(file: &File) -> Result<(), Held> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(Held),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// How a file is opened that this program alone writes and anybody may read; [`Lock::file`] is the other half.
+#[must_use]
+pub fn sole_writer() -> OpenOptions {
+    #[cfg_attr(not(windows), expect(unused_mut, reason = "Windows has sharing modes"))]
+    let mut options = OpenOptions::new();
+    #[cfg(windows)]
+    std::os::windows::fs::OpenOptionsExt::share_mode(&mut options, SHARE_READ | SHARE_DELETE);
+    options
+}
+
+#[cfg(windows)]
+const SHARE_READ: u32 = 1;
+#[cfg(windows)]
+const SHARE_DELETE: u32 = 4;
+
+/// Whether Windows refuses because another program has the file open. Elsewhere that hinders nothing.
+#[must_use]
+pub fn is_in_use(cause: &io::Error) -> bool {
+    const SHARING_VIOLATION: i32 = 32;
+    const LOCK_VIOLATION: i32 = 33;
+    cfg!(windows) && matches!(cause.raw_os_error(), Some(SHARING_VIOLATION | LOCK_VIOLATION))
+}
+
+/// A file that nobody writes, and that nobody else can write as long as it is open. `None` if another program does.
+pub(crate) fn unwritten(path: &Path) -> io::Result<Option<File>> {
+    if cfg!(windows) {
+        return match sole_writer().read(true).write(true).open(path) {
+            Err(cause) if is_in_use(&cause) => Ok(None),
+            opened => opened.map(Some),
+        };
+    }
+    let file = File::open(path)?;
+    Ok(locked(&file).is_ok().then_some(file))
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{Builder, NamedTempFile};
 
 use crate::Lock;
+use crate::lock::{sole_writer, unwritten};
 
 /// What stands between the target's name and the digits of chance.
 const MARK: &str = ".encoring-";
@@ -114,11 +115,8 @@ pub(crate) fn prefix(target: &OsStr) -> OsString {
 
 /// A file of its own name with the mode that any new file would have.
 pub(crate) fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
-    let mut builder = Builder::new();
-    builder.prefix(prefix).rand_bytes(CHANCE);
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder)
+    let open = |path: &Path| sole_writer().read(true).write(true).create_new(true).open(path);
+    Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(folder, open)
 }
 
 /// Removes the files that a killed writer left. What cannot be removed is in nobody's way.
@@ -127,8 +125,7 @@ fn remove_remains(folder: &Path, prefix: &OsStr) {
     for entry in entries.flatten() {
         if is_remains(&entry.file_name(), prefix)
             && entry.file_type().is_ok_and(|kind| kind.is_file())
-            && let Ok(file) = File::open(entry.path())
-            && file.try_lock().is_ok()
+            && let Ok(Some(_unwritten)) = unwritten(&entry.path())
         {
             let _ = fs::remove_file(entry.path());
         }

@@ -20,7 +20,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use encoring_files::{LineFile, Replacement, sync_folder};
+use encoring_files::{LineFile, Replacement, is_in_use, sole_writer, sync_folder};
 
 use crate::decimal::Decimal;
 
@@ -36,6 +36,8 @@ const VERSION: u8 = b'2';
 const HEADER: &[u8] = b"time_us,position,out,in,verdict,value";
 /// Rows without a word wait for the first one until there are so many bytes of them.
 const AHEAD_BYTES: usize = 64 * 1024;
+/// How long a full file goes on when Windows does not let it take its turn, because somebody looks at it.
+const TURN_AGAIN_NS: u64 = 10_000_000_000;
 /// The longest row; any is shorter.
 const ROW_BYTES_MAX: usize = 128;
 
@@ -96,6 +98,8 @@ pub struct Log {
     rows_here: u64,
     /// The time of the first of them.
     first_ns: u64,
+    /// When a file that could not take its turn is to try it again; 0 if it has not tried.
+    again_ns: u64,
     rows: u64,
     files: u64,
 }
@@ -149,6 +153,7 @@ impl Log {
             special,
             rows_here: 0,
             first_ns: 0,
+            again_ns: 0,
             rows: 0,
             files: 0,
         };
@@ -213,7 +218,7 @@ impl Log {
             return if begins { self.begin_first() } else { Ok(()) };
         }
         if self.is_full(line.len() as u64, row.time_ns) {
-            self.rotate()?;
+            self.rotate(row.time_ns)?;
         }
         if self.rows_here == 0 {
             self.first_ns = row.time_ns;
@@ -256,7 +261,7 @@ impl Log {
         let too_long = lines.bytes() + bytes > self.rotation.bytes;
         let too_late =
             self.rotation.time_ns.is_some_and(|most| time_ns.saturating_sub(self.first_ns) >= most);
-        (too_long || too_late) && self.rows_here > 0 && !self.special
+        (too_long || too_late) && self.rows_here > 0 && !self.special && time_ns >= self.again_ns
     }
 
     /// What has the name takes its turn, and the rows that waited are written.
@@ -278,6 +283,7 @@ impl Log {
 
     fn begin(&mut self, file: File) -> Result<(), LogError> {
         self.rows_here = 0;
+        self.again_ns = 0;
         self.state = State::Writing(LineFile::new(file));
         let head = self.head.clone();
         self.append(&head)?;
@@ -288,9 +294,19 @@ impl Log {
         sync_folder(&self.path).map_err(|cause| system(&self.path, "write", cause))
     }
 
-    fn rotate(&mut self) -> Result<(), LogError> {
+    fn rotate(&mut self, time_ns: u64) -> Result<(), LogError> {
         self.flush()?;
-        retire(&self.path, self.rotation.keep)?;
+        match retire(&self.path, self.rotation.keep) {
+            Err(held) if held.is_in_use() => {
+                if self.again_ns == 0 {
+                    let told = format!("# full, and goes on: {held}\n");
+                    self.append(told.as_bytes())?;
+                }
+                self.again_ns = time_ns.saturating_add(TURN_AGAIN_NS);
+                return Ok(());
+            }
+            retired => retired?,
+        }
         let file = create(&self.path)?;
         self.begin(file)
     }
@@ -365,14 +381,20 @@ fn open_special(path: &Path) -> Result<File, LogError> {
 impl State {
     /// Locks a log that is there, and sees whether it can take its turn.
     fn found(path: &Path, rotation: Rotation) -> Result<Self, LogError> {
-        let mut old = OpenOptions::new().read(true).write(true).open(path);
+        let mut old = sole_writer().read(true).write(true).open(path);
         if let Err(cause) = &old
             && cause.kind() == io::ErrorKind::PermissionDenied
         {
             // Where only the owner of the folder may write, the file can be renamed all the same.
             old = File::open(path);
         }
-        let mut found = old.map_err(|cause| system(path, "open it", cause))?;
+        let mut found = old.map_err(|cause| {
+            if is_in_use(&cause) {
+                LogError { file: path.to_owned(), problem: LogProblem::InUse }
+            } else {
+                system(path, "open it", cause)
+            }
+        })?;
         if !is_log(&mut found).map_err(|cause| system(path, "read it", cause))? {
             return Err(foreign(path));
         }

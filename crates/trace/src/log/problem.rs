@@ -32,6 +32,13 @@ pub enum LogProblem {
     },
 }
 
+impl LogError {
+    /// Whether only another program that has the file open is in the way.
+    pub(super) fn is_in_use(&self) -> bool {
+        matches!(&self.problem, LogProblem::System { cause, .. } if encoring_files::is_in_use(cause))
+    }
+}
+
 pub(super) fn foreign(path: &Path) -> LogError {
     LogError { file: path.to_owned(), problem: LogProblem::Foreign }
 }

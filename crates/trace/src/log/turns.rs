@@ -1,11 +1,11 @@
 //! The files of a log take turns: what is a log, which names the finished ones have, and how the next one takes its place.
 
 use std::ffi::OsString;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use encoring_files::Lock;
+use encoring_files::{Lock, sole_writer};
 
 use super::problem::{LogError, LogProblem, foreign, system};
 
@@ -14,7 +14,7 @@ pub(super) const MARK: &[u8] = b"# encoring-log ";
 
 /// A new file that nobody else writes.
 pub(super) fn create(path: &Path) -> Result<File, LogError> {
-    let file = OpenOptions::new()
+    let file = sole_writer()
         .write(true)
         .create_new(true)
         .open(path)
