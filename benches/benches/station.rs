@@ -25,7 +25,8 @@ const LONG: Duration = Duration::from_millis(3_000);
 fn run(scenario: &Scenario, speed: Speed, lasting: Duration) -> (u64, usize) {
     let region = Region::new(ALLOCATIONS);
     let world = World::new(scenario).unwrap();
-    let station = Station::start(world, Options { speed, until: Some(lasting), record: None }).unwrap();
+    let station =
+        Station::start(world, Options { speed, until: Some(lasting), records: Vec::new() }).unwrap();
     let image = station.handle().image();
     let mut sum = 0;
     while !station.is_finished() {

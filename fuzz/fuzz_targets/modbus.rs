@@ -49,7 +49,7 @@ fn judge(request: &[u8], image: &mut ProcessImage, layout: RegisterMap, order: W
     let (mut outputs, inputs) = (out(image, order), input(image, order));
     let encoders = image.encoders();
     let first_out = if layout == RegisterMap::Inline { PROCESS + inputs.len() } else { 0 };
-    let answer = respond(request, image, layout, order);
+    let answer = respond(request, image, layout, order, &mut |_, _| {});
     let exception = answer.is_exception();
     let answer = answer.as_bytes();
     assert!((2..=PDU_MAX).contains(&answer.len()), "{request:02X?} -> {answer:02X?}");

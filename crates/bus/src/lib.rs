@@ -15,7 +15,7 @@ pub mod watch;
 
 pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEvent, Settling};
 pub use history::RingNews;
-pub use image::SharedImage;
+pub use image::{ClientWrite, SharedImage};
 pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
 pub use master::{Behind, EncoderMaster, LeftBit, MasterError};
 pub use watch::Watch;

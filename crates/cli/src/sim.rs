@@ -1,22 +1,19 @@
 //! `encoring sim`: a ring of encoders that runs until it is stopped, reached over Modbus TCP.
 
 use std::convert::Infallible;
-use std::fs;
 use std::io::{self, Write};
 use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration as Real;
 
 use clap::Args;
 use encoring_encoder::Unit;
-use encoring_files::Existing;
 use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, WordOrder};
 use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
 use encoring_sim::ssi::PlacedReader;
-use encoring_sim::{Scenario, Shown, World};
-use encoring_station::{Controlled, Keeper, Options, Recorder, RecordingFile, Station};
-use encoring_trace::wave::Format as WaveFormat;
+use encoring_sim::{Scenario, World};
+use encoring_station::{Controlled, Keeper, Options, Station};
 use encoring_words::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
@@ -33,6 +30,7 @@ use crate::signals;
 use report::{Addresses, Report};
 
 mod gateway;
+mod record;
 mod report;
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
@@ -51,6 +49,7 @@ Examples:
   encoring sim ring.toml --state memories         encoders that remember
   encoring sim --for 10s --speed max --record ring.csv --modbus off
   encoring sim --for 50ms --speed max --record ring.fst --lines --modbus off && gtkwave ring.fst
+  encoring sim --record-bus plc.csv               then: encoring referee plc.csv
   encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
   encoring sim --fault silent:2@5s+1s             a broken cable, searched and found
@@ -115,8 +114,11 @@ pub(crate) struct Arguments {
     /// signals over time for GTKWave: words, lamps and what the master says, once a cycle.
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
-    /// Lets the recording take the place of a file that is there, once it is whole.
-    #[arg(long, requires = "record")]
+    /// Writes the master's image at every cycle, and every write of a client, to a file that `referee` reads.
+    #[arg(long, value_name = "FILE.csv")]
+    record_bus: Option<PathBuf>,
+    /// Lets a recording take the place of a file that is there, once it is whole.
+    #[arg(long)]
     overwrite: bool,
     /// Draws every line bit of every segment and what every chip does with it into the .vcd or .fst, too.
     #[arg(long, requires = "record")]
@@ -201,8 +203,8 @@ async fn simulate(
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
     let memories = arguments.memories.open(&mut world)?;
     memories.as_ref().map_or(Ok(()), can_be_written)?;
-    let (recording, record) = arguments.record(&mut world)?.unzip();
-    let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, record };
+    let (files, records): (Vec<_>, Vec<_>) = arguments.record(&mut world)?.into_iter().unzip();
+    let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, records };
     let lasting = arguments.lasting.lasting;
     let progress = lasting.map(|lasting| Progress::start(Some(lasting), RING_TIME)).transpose()?;
     let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
@@ -224,23 +226,21 @@ async fn simulate(
     drop((progress, stop));
     let outcome = station.stop().map_err(bad_input)?;
     let saved = keeper.map_or(Ok(()), |keeper| keeper.finish(&outcome.memories));
-    let recorded = match (&arguments.record, recording) {
-        (Some(file), Some(recording)) => finish_recording(file, recording, outcome.recording),
-        _ => Ok(()),
-    };
+    let recorded = arguments.recordings().into_iter().zip(files).zip(outcome.recorded);
+    let recorded: Vec<_> = recorded.map(|((wanted, file), recorded)| wanted.finish(file, recorded)).collect();
     let told = told
         .and_then(|()| report.events(&outcome.events))
         .and_then(|()| served.map_or(Ok(()), |counters| report.served(counters.snapshot())))
         .and_then(|()| report.stopped(&outcome.view));
     let printed = printed(report.close(), patience, &signalled).await;
-    all_kept([saved.map_err(|error| format!("--state {error}")), recorded])?;
+    all_kept([saved.map_err(|error| format!("--state {error}"))].into_iter().chain(recorded))?;
     told.and(printed)?;
     Ok(Answer::Yes)
 }
 
 /// Whether everything that was to be kept is; otherwise all that is not.
-fn all_kept(results: [Result<(), String>; 2]) -> Result<(), Failure> {
-    let troubles: Vec<String> = results.into_iter().filter_map(Result::err).collect();
+fn all_kept(results: impl Iterator<Item = Result<(), String>>) -> Result<(), Failure> {
+    let troubles: Vec<String> = results.filter_map(Result::err).collect();
     if troubles.is_empty() { Ok(()) } else { Err(Failure::NoAnswer(troubles.join("; "))) }
 }
 
@@ -319,79 +319,6 @@ async fn printed(closing: Closing, patience: Option<Real>, signalled: &Notify) -
         () = enough => {}
     }
     closing.end()
-}
-
-impl Arguments {
-    /// Begins the recording, if there shall be one.
-    fn record(&self, world: &mut World) -> Result<Option<(RecordingFile, Recorder)>, Failure> {
-        let Some(file) = &self.record else { return Ok(None) };
-        let (recording, recorder) = RecordingFile::begin(file, self.existing(), world, self.waveform(file))
-            .map_err(|cause| refused(file, &cause.to_string()))?;
-        if let Some(remains) = recording.remains() {
-            note(&format!(
-                "note: --record {}: what a run that was killed had recorded is kept as {}",
-                file.display(),
-                remains.display()
-            ));
-        }
-        Ok(Some((recording, recorder)))
-    }
-
-    /// The waveform that a file holds; `None` for a trace.
-    fn waveform(&self, file: &Path) -> Option<(WaveFormat, Shown)> {
-        let format = WaveFormat::of(file)?;
-        let format = if self.words { format.with_words() } else { format };
-        Some((format, if self.lines { Shown::Lines } else { Shown::Words }))
-    }
-
-    const fn existing(&self) -> Existing {
-        if self.overwrite { Existing::Replaced } else { Existing::Kept }
-    }
-
-    /// Refuses a recording that could not be finished, or whose end would cost something else.
-    fn recordable(&self) -> Result<(), Failure> {
-        let Some(file) = &self.record else { return Ok(()) };
-        if self.lines && WaveFormat::of(file).is_none() {
-            return Err(refused(file, "a trace has no lines; with --lines name a .vcd or .fst"));
-        }
-        if self.words && WaveFormat::of(file).is_none() {
-            return Err(refused(file, "a trace always has its words; with --words name a .vcd or .fst"));
-        }
-        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let folder = folder.unwrap_or(Path::new("."));
-        if !folder.is_dir() {
-            return Err(refused(file, "there is no such folder"));
-        }
-        if self.scenario.as_ref().is_some_and(|scenario| same(file, scenario)) {
-            return Err(refused(file, "this is the scenario"));
-        }
-        if self.memories.state.as_ref().is_some_and(|state| same(folder, state)) {
-            return Err(refused(file, "this folder holds the memories; name another one"));
-        }
-        match fs::symlink_metadata(file) {
-            Ok(found) if !found.is_file() => Err(refused(file, "not an ordinary file; name a new one")),
-            Ok(_) if !self.overwrite => {
-                Err(refused(file, "it is there already; name a new one, or give --overwrite"))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-fn refused(file: &Path, why: &str) -> Failure {
-    bad_input(format!("--record {}: {why}", file.display()))
-}
-
-fn same(one: &Path, other: &Path) -> bool {
-    fs::canonicalize(one).is_ok_and(|one| fs::canonicalize(other).is_ok_and(|other| one == other))
-}
-
-/// Gives a recording its name, or says where it is instead.
-fn finish_recording(file: &Path, recording: RecordingFile, recorded: io::Result<()>) -> Result<(), String> {
-    let partial = recording.partial().display().to_string();
-    let finished = recorded.and_then(|()| recording.finish());
-    finished
-        .map_err(|cause| format!("--record {}: {cause}; what was written is in {partial}", file.display()))
 }
 
 /// The address that a server got, with a warning if it is open to others.

@@ -9,7 +9,7 @@
 
 use encoring_words::model::{Effect, MODELS};
 use encoring_words::word::{DATA, ERROR_BIT, Out, RESERVE_BIT, ServiceFields, ServiceNumber};
-use encoring_words::{Access, Duration, InWord, Instant, Model, OutWord, Service};
+use encoring_words::{Access, Duration, InWord, Instant, Model, OutWord, Service, Written};
 
 pub mod rule;
 
@@ -25,17 +25,6 @@ use self::habits::Habits;
 use self::movement::Movement;
 use self::rule::{BUS_RESET, ERROR_SEEN, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
 pub use self::rule::{HandshakeRule, RULES, RuleCertainty, Severity, Vantage};
-
-/// What was written to an OUT word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Written {
-    /// Bits 31..16.
-    High(u16),
-    /// Bits 15..0.
-    Low(u16),
-    /// Both at once.
-    Both(OutWord),
-}
 
 /// How a cycle went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -358,14 +347,14 @@ impl Referee {
     }
 
     fn write(&mut self, at: Instant, client: u32, written: Written) {
-        let (after, by) = match (written, self.out) {
+        let (before, by) = match (written, self.out) {
             (Written::Both(word), _) => (word, By::Whole),
-            (Written::High(high), Some(out)) => (OutWord::from_halves(high, out.low()), By::High(client)),
-            (Written::Low(low), Some(out)) => (OutWord::from_halves(out.high(), low), By::Low(client)),
+            (Written::High(_), Some(out)) => (out, By::High(client)),
+            (Written::Low(_), Some(out)) => (out, By::Low(client)),
             // Half of a word of which the other half is not known.
             _ => return,
         };
-        self.out_is(at, after, by);
+        self.out_is(at, before.after(written), by);
     }
 
     fn cycle(&mut self, at: Instant, out: OutWord, input: Option<InWord>, line: LineSeen) {

@@ -4,9 +4,9 @@
 //! one rule once. What the referee sees is each write and each cycle, or the cycles only.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test may panic")]
 
-use encoring_host::referee::{LineSeen, Observed, Referee, Vantage, Written};
+use encoring_host::referee::{LineSeen, Observed, Referee, Vantage};
 use encoring_host::{Outcome, Request, Session, Timing};
-use encoring_words::{Duration, InWord, Instant, Model, OutWord, Parameter};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord, Parameter, Written};
 
 /// Chance with a seed.
 struct Chance(u64);
@@ -138,12 +138,7 @@ impl Plant {
     }
 
     fn write(&mut self, written: Written) {
-        let before = OutWord(self.out);
-        self.out = match written {
-            Written::Both(word) => word.0,
-            Written::High(high) => OutWord::from_halves(high, before.low()).0,
-            Written::Low(low) => OutWord::from_halves(before.high(), low).0,
-        };
+        self.out = OutWord(self.out).after(written).0;
         let seen = Observed::Write { at: Instant(self.now * 1_000), client: 1, written };
         self.referees[0].observe(seen);
     }

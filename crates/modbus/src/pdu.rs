@@ -5,6 +5,7 @@
 //! itself, its length included (03), then the addresses (02). Only after the last check is anything written.
 
 use encoring_ring::ProcessImage;
+use encoring_words::Written;
 
 use crate::place::{Table, WordOrder};
 use crate::registers::{RegisterMap, Registers};
@@ -88,14 +89,20 @@ struct Request<'a> {
 }
 
 /// Carries a request out and gives the answer. Registers that a request names are read and written in one piece, and
-/// a request that is refused writes nothing.
+/// a request that is refused writes nothing. `wrote` is told the position of each OUT word, and what was written to it.
 ///
 /// Without any byte there is no function code to answer with; the answer is then `80 01`.
 #[must_use]
-pub fn respond(request: &[u8], image: &mut ProcessImage, layout: RegisterMap, order: WordOrder) -> Pdu {
+pub fn respond(
+    request: &[u8],
+    image: &mut ProcessImage,
+    layout: RegisterMap,
+    order: WordOrder,
+    wrote: &mut dyn FnMut(usize, Written),
+) -> Pdu {
     let function = request.first().copied().unwrap_or_default();
-    let answer =
-        Request::parse(request, layout).and_then(|parsed| parsed.carry_out(request, image, layout, order));
+    let answer = Request::parse(request, layout)
+        .and_then(|parsed| parsed.carry_out(request, image, layout, order, wrote));
     answer.unwrap_or_else(|exception| Pdu::of([function | REFUSED, exception as u8]))
 }
 
@@ -139,6 +146,7 @@ impl<'a> Request<'a> {
         image: &mut ProcessImage,
         layout: RegisterMap,
         order: WordOrder,
+        wrote: &mut dyn FnMut(usize, Written),
     ) -> Result<Pdu, Exception> {
         // Everything that can be refused is looked at before anything is written.
         let encoders = image.encoders();
@@ -159,7 +167,7 @@ impl<'a> Request<'a> {
 
         if let Some((registers, values)) = write {
             let (values, _) = values.as_chunks();
-            registers.write(image, order, values.iter().copied().map(u16::from_be_bytes));
+            registers.write(image, order, values.iter().copied().map(u16::from_be_bytes), wrote);
         }
         Ok(match read {
             Some((registers, count)) => {

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use encoring_ring::ident::ENCODER;
 use encoring_ring::image::{ENCODERS_MAX, Half, ProcessImage};
+use encoring_words::{OutWord, Written};
 
 use crate::place::{DATA, DIAGNOSIS, MODULES, REGISTERS_PER_ENCODER, Table, WordOrder};
 
@@ -257,13 +258,48 @@ impl Registers {
         })
     }
 
-    /// Replaces the registers' values, the other half of a word staying as it is. What cannot be written stays.
-    pub fn write(self, image: &mut ProcessImage, order: WordOrder, values: impl IntoIterator<Item = u16>) {
-        for (cell, value) in self.cells(order).zip(values) {
-            if let Cell::Out(position, half) = cell {
-                image.set_out_half(position, half, value);
-            }
+    /// Replaces the registers' values, the other half of a word staying as it is. What cannot be written stays. `wrote` is
+    /// told the position of each OUT word, and what was written to it.
+    pub fn write(
+        self,
+        image: &mut ProcessImage,
+        order: WordOrder,
+        values: impl IntoIterator<Item = u16>,
+        wrote: &mut dyn FnMut(usize, Written),
+    ) {
+        for (position, written) in self.written(order, values) {
+            image.write_out(position, written);
+            wrote(position, written);
         }
+    }
+
+    /// What values write to which OUT words: all of a word where both halves are among them.
+    fn written(
+        self,
+        order: WordOrder,
+        values: impl IntoIterator<Item = u16>,
+    ) -> impl Iterator<Item = (usize, Written)> {
+        let mut halves = self
+            .cells(order)
+            .zip(values)
+            .filter_map(|(cell, value)| match cell {
+                Cell::Out(position, half) => Some((position, half, value)),
+                _ => None,
+            })
+            .peekable();
+        std::iter::from_fn(move || {
+            let (position, half, value) = halves.next()?;
+            let other = halves.next_if(|(next, ..)| *next == position).map(|(.., value)| value);
+            Some((
+                position,
+                match (half, other) {
+                    (Half::High, None) => Written::High(value),
+                    (Half::Low, None) => Written::Low(value),
+                    (Half::High, Some(low)) => Written::Both(OutWord::from_halves(value, low)),
+                    (Half::Low, Some(high)) => Written::Both(OutWord::from_halves(high, value)),
+                },
+            ))
+        })
     }
 }
 
@@ -271,7 +307,7 @@ impl Registers {
 mod tests {
     use super::*;
     use encoring_ring::image::SsiShown;
-    use encoring_words::{InWord, OutWord};
+    use encoring_words::InWord;
 
     fn image() -> ProcessImage {
         let mut image = ProcessImage::new(2).unwrap();
@@ -386,7 +422,7 @@ mod tests {
         assert_eq!(read(Table::Holding, 1000, 4, order).unwrap(), [0x1234, 0x0000, 0x5678, 0xC800]);
 
         let mut image = image();
-        find(Table::Holding, 2, 2, 2).unwrap().write(&mut image, order, [0x0005, 0xC500]);
+        find(Table::Holding, 2, 2, 2).unwrap().write(&mut image, order, [0x0005, 0xC500], &mut |_, _| {});
         assert_eq!(image.out(), [OutWord(0xC200_270F), OutWord(0xC500_0005)]);
     }
 
@@ -477,7 +513,7 @@ mod tests {
             assert!(!process(address, count).writable(), "{address}");
         }
         let mut image = image();
-        process(8006, 2).write(&mut image, WordOrder::LowFirst, [0x0005, 0xC500]);
+        process(8006, 2).write(&mut image, WordOrder::LowFirst, [0x0005, 0xC500], &mut |_, _| {});
         assert_eq!(image.out(), [OutWord(0xC200_270F), OutWord(0xC500_0005)]);
     }
 
@@ -509,7 +545,7 @@ mod tests {
         let mut changed = image();
         let mirror = find(Table::Holding, 1000, 2, 2).unwrap();
         assert!(!mirror.writable());
-        mirror.write(&mut changed, WordOrder::HighFirst, [1, 2]);
+        mirror.write(&mut changed, WordOrder::HighFirst, [1, 2], &mut |_, _| {});
         assert_eq!(changed, image());
     }
 

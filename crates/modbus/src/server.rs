@@ -95,6 +95,8 @@ async fn serve_from(
 ) {
     let mut stop = pin!(stop);
     let mut connections = JoinSet::new();
+    // Numbers of clients, counted from 1.
+    let mut client = 0_u32;
     loop {
         let accepted = tokio::select! {
             // Connections that have ended make room before the next one is looked at.
@@ -110,9 +112,10 @@ async fn serve_from(
                 // Only a matter of speed, so a socket that refuses is served all the same.
                 let _ = socket.set_nodelay(true);
                 let open = Open::new(Arc::clone(&counters));
+                client = client.wrapping_add(1);
                 let (image, counters, faults) = (image.clone(), Arc::clone(&counters), faults.clone());
                 connections.spawn(async move {
-                    converse(socket, &image, options, &counters, &faults).await;
+                    converse(socket, &image, options, &counters, &faults, client).await;
                     drop(open);
                 });
             }
@@ -129,13 +132,14 @@ async fn serve_from(
     connections.shutdown().await;
 }
 
-/// Answers one client until it leaves, falls silent or sends what is not Modbus.
+/// Answers one client, whose connection has this number, until it leaves, falls silent or sends what is not Modbus.
 async fn converse(
     stream: impl AsyncRead + AsyncWrite + Unpin,
     image: &SharedImage,
     options: Options,
     counters: &ServerCounts,
     faults: &GatewayFaults,
+    client: u32,
 ) {
     let mut stream = Framed::new(stream, Codec);
     loop {
@@ -158,7 +162,7 @@ async fn converse(
             continue;
         }
         let asked = misdeeds.through(pdu.as_bytes());
-        let (pdu, service) = answered(&asked, misdeeds.exception(&asked), image, options);
+        let (pdu, service) = answered(client, &asked, misdeeds.exception(&asked), image, options);
         counters.requests.add_one();
         if pdu.is_exception() {
             counters.exceptions.add_one();
@@ -200,14 +204,20 @@ enum ServiceBit {
 }
 
 /// The answer to a request; `exception` is one that the gateway gives in place of it.
-fn answered(asked: &[u8], exception: Option<u8>, image: &SharedImage, options: Options) -> (Pdu, ServiceBit) {
+fn answered(
+    client: u32,
+    asked: &[u8],
+    exception: Option<u8>,
+    image: &SharedImage,
+    options: Options,
+) -> (Pdu, ServiceBit) {
     let Options { layout, word_order, .. } = options;
     if let Some(code) = exception {
         return (Pdu::of([asked.first().copied().unwrap_or_default() | 0x80, code]), ServiceBit::AsBefore);
     }
-    image.with(|image| {
+    image.with_client(client, |image, wrote| {
         let before: Vec<bool> = image.out().iter().map(|out| out.service_bit()).collect();
-        let pdu = respond(asked, image, layout, word_order);
+        let pdu = respond(asked, image, layout, word_order, wrote);
         let set = image.out().iter().zip(before).any(|(out, before)| out.service_bit() && !before);
         (pdu, if set { ServiceBit::Set } else { ServiceBit::AsBefore })
     })

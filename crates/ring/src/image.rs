@@ -1,6 +1,6 @@
 //! The process image: what the controller writes to and reads from the devices of its ring [R3, R5].
 
-use encoring_words::{InWord, OutWord};
+use encoring_words::{InWord, OutWord, Written};
 
 /// The most encoders on one ring: 4096 I/O points of the controller, 32 of them an encoder.
 pub const ENCODERS_MAX: usize = 128;
@@ -162,14 +162,10 @@ impl ProcessImage {
         })
     }
 
-    /// Replaces one half of an OUT word and leaves the other as it is. Past the last encoder nothing happens and
-    /// `false` comes back.
-    pub fn set_out_half(&mut self, position: usize, half: Half, value: u16) -> bool {
+    /// Writes an OUT word or a half of it. Past the last encoder nothing happens and `false` comes back.
+    pub fn write_out(&mut self, position: usize, written: Written) -> bool {
         let Some(word) = self.out_mut().get_mut(position) else { return false };
-        *word = match half {
-            Half::High => OutWord::from_halves(value, word.low()),
-            Half::Low => OutWord::from_halves(word.high(), value),
-        };
+        *word = word.after(written);
         true
     }
 }
@@ -181,8 +177,8 @@ mod tests {
     #[test]
     fn an_encoder_has_two_words_each_way_and_the_next_one_follows() {
         let mut image = ProcessImage::new(3).unwrap();
-        assert!(image.set_out_half(1, Half::High, 0xC200));
-        assert!(image.set_out_half(1, Half::Low, 0x270F));
+        assert!(image.write_out(1, Written::High(0xC200)));
+        assert!(image.write_out(1, Written::Low(0x270F)));
         assert_eq!(image.out(), [OutWord(0), OutWord(0xC200_270F), OutWord(0)]);
         assert_eq!(image.out_half(1, Half::High), Some(0xC200));
         assert_eq!(image.out_half(1, Half::Low), Some(0x270F));
@@ -191,7 +187,7 @@ mod tests {
     #[test]
     fn past_the_last_encoder_there_is_nothing() {
         let mut image = ProcessImage::new(2).unwrap();
-        assert!(!image.set_out_half(2, Half::High, 1));
+        assert!(!image.write_out(2, Written::High(1)));
         assert_eq!(image.out_half(2, Half::Low), None);
         assert_eq!(image.input_half(2, Half::Low), None);
         assert_eq!(ProcessImage::new(129), Err(TooManyEncoders { encoders: 129 }));
@@ -212,7 +208,7 @@ mod tests {
     fn half_a_word_leaves_the_other_half_torn_as_on_a_plc() {
         let mut image = ProcessImage::new(1).unwrap();
         image.out_mut()[0] = OutWord(0x0000_FFFF);
-        image.set_out_half(0, Half::High, 0xC200);
+        image.write_out(0, Written::High(0xC200));
         assert_eq!(image.out()[0], OutWord(0xC200_FFFF));
     }
 }

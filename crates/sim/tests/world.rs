@@ -8,7 +8,7 @@ use encoring_ring::image::Half;
 use encoring_ring::{CycleTime, ProcessImage, Verdict};
 use encoring_sim::{Scenario, World};
 use encoring_trace::Input;
-use encoring_words::{Duration, InWord, Model};
+use encoring_words::{Duration, InWord, Model, Written};
 
 const THREE_NS: u64 = 677_000;
 
@@ -161,8 +161,8 @@ fn an_encoder_takes_two_words_each_way_at_its_place_in_the_ring() {
             expected[2 * place] = 0x0012;
             expected[2 * place + 1] = 0x3456;
             assert_eq!(words(&image), expected);
-            image.set_out_half(place, Half::Low, 0x270F);
-            image.set_out_half(place, Half::High, 0xC200);
+            image.write_out(place, Written::Low(0x270F));
+            image.write_out(place, Written::High(0xC200));
             cycle(&mut image);
             cycle(&mut image);
             expected[2 * place] = 0xC200;

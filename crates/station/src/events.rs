@@ -59,6 +59,11 @@ pub enum Happened {
         /// How many since the last such event.
         cycles: u64,
     },
+    /// Clients wrote more between two cycles than was kept: a recording of the bus lacks these writes.
+    WritesLost {
+        /// How many.
+        writes: u64,
+    },
     /// What an encoder remembers is not in its file; it is tried again.
     MemoryNotSaved {
         /// Its ring position.
@@ -84,7 +89,7 @@ impl Happened {
     /// `true` for what is lost outside the ring if nobody does anything.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
-        matches!(self, Self::MemoryNotSaved { .. } | Self::RecordingEnded { .. })
+        matches!(self, Self::MemoryNotSaved { .. } | Self::RecordingEnded { .. } | Self::WritesLost { .. })
     }
 }
 
@@ -121,6 +126,9 @@ impl fmt::Display for RingEvent {
             }
             Happened::CyclesDropped { cycles } => {
                 write!(f, "{cycles} cycles dropped, the machine was too slow")
+            }
+            Happened::WritesLost { writes } => {
+                write!(f, "{writes} writes of OUT words between two cycles were too many to be kept")
             }
             Happened::MemoryNotSaved { position, problem } => {
                 write!(f, "the memory of position {position} is not saved: {problem}")
@@ -197,8 +205,6 @@ pub(crate) struct Events {
     line: Verdict,
     /// The place that the present search has found, while there is one.
     search: Option<Option<FaultPlace>>,
-    /// Data cycles that the master has counted.
-    data_cycles: u64,
     dropped: u64,
 }
 
@@ -210,7 +216,7 @@ impl Drop for Events {
 
 impl Events {
     pub(crate) fn new() -> Self {
-        Self { kept: Arc::default(), line: Verdict::Good, search: None, data_cycles: 0, dropped: 0 }
+        Self { kept: Arc::default(), line: Verdict::Good, search: None, dropped: 0 }
     }
 
     /// Notes how a data cycle went, if it went otherwise than the one before.
@@ -228,15 +234,13 @@ impl Events {
         }
     }
 
-    /// Notes a slot of the ring.
-    pub(crate) fn slot(&mut self, at: Instant, verdict: Verdict, master: &Master) {
-        let cycles = master.counts().cycles;
-        let was_data = cycles != std::mem::replace(&mut self.data_cycles, cycles);
+    /// Notes a slot of the ring, with how its data cycle went if it was one.
+    pub(crate) fn slot(&mut self, at: Instant, data: Option<Verdict>, master: &Master) {
         if !master.is_searching() {
             self.search = None;
         }
         // What a slot brings that is none of data says nothing of the line.
-        if was_data {
+        if let Some(verdict) = data {
             self.cycled(at, verdict);
         }
         if !master.is_searching() {

@@ -5,6 +5,7 @@
 //! a wait.
 
 pub mod answer;
+mod bus_seen;
 pub mod controlled;
 pub mod events;
 pub mod history;
@@ -23,7 +24,7 @@ pub use events::{Happened, RingEvent};
 pub use history::{ChangesSince, ServiceStep, WordChange, WordHistory};
 pub use keeper::Keeper;
 pub use pace::Speed;
-pub use recording::{Recorder, RecordingFile};
+pub use recording::{Recorded, Recorder, RecordingFile};
 pub use serving::NotServed;
 pub use simulated::{SharedWorld, Simulated};
 pub use station::{Finished, Handle, Options, RingStopped, Station};

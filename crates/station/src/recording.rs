@@ -6,8 +6,11 @@ use std::path::Path;
 
 use encoring_files::{Existing, Growing, LineFile};
 use encoring_sim::{Cycled, Shown, Waveform, World, device_line};
-use encoring_trace::Writer;
+use encoring_trace::bus::BusWriter;
 use encoring_trace::wave::{Format, Sink};
+use encoring_trace::{DeviceLine, Writer};
+
+use crate::bus_seen::BusSeen;
 
 /// Who is named in a waveform.
 const WRITER: &str = concat!("encoring ", env!("CARGO_PKG_VERSION"));
@@ -18,6 +21,19 @@ pub enum Recorder {
     Exchanges(Writer<Box<dyn Write + Send>>),
     /// What the ring looks like over time. It was begun with the world that is recorded.
     Waveform(Box<Waveform<Box<dyn Sink + Send>>>),
+    /// The master's image at every cycle, and every write of a client, as rows.
+    Bus(BusWriter<Box<dyn Write + Send>>),
+}
+
+/// What shall stand in the file of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recorded {
+    /// Every exchange of every encoder.
+    Exchanges,
+    /// Signals over time, in a format and as far as they are to be shown.
+    Waveform(Format, Shown),
+    /// The master's image at every cycle, and every write of a client.
+    Bus,
 }
 
 impl Recorder {
@@ -25,15 +41,16 @@ impl Recorder {
     pub(crate) fn begin(&self, world: &mut World) {
         match self {
             Self::Exchanges(_) => world.record(),
-            Self::Waveform(_) => {}
+            Self::Waveform(_) | Self::Bus(_) => {}
         }
     }
 
     /// Takes what a cycle has brought.
-    pub(crate) fn cycled(&mut self, world: &mut World, cycled: &Cycled) -> io::Result<()> {
+    pub(crate) fn cycled(&mut self, world: &mut World, cycled: &Cycled, bus: &BusSeen) -> io::Result<()> {
         match self {
             Self::Exchanges(_) => self.changed(world),
             Self::Waveform(waveform) => waveform.cycled(world, cycled),
+            Self::Bus(rows) => bus.rows().try_for_each(|row| rows.write(&row)),
         }
     }
 
@@ -41,7 +58,19 @@ impl Recorder {
     pub(crate) fn changed(&mut self, world: &mut World) -> io::Result<()> {
         match self {
             Self::Exchanges(rows) => world.take_recorded().try_for_each(|row| rows.write(&row)),
-            Self::Waveform(_) => Ok(()),
+            Self::Waveform(_) | Self::Bus(_) => Ok(()),
+        }
+    }
+
+    /// Whether it takes what the master sees.
+    pub(crate) const fn is_of_bus(&self) -> bool {
+        matches!(self, Self::Bus(_))
+    }
+
+    /// It broke off: lets the world keep nothing more for it.
+    pub(crate) fn broke_off(&self, world: &mut World) {
+        if !self.is_of_bus() {
+            world.end_recording();
         }
     }
 
@@ -50,6 +79,7 @@ impl Recorder {
         match self {
             Self::Exchanges(mut rows) => rows.flush(),
             Self::Waveform(waveform) => waveform.finish()?.flush(),
+            Self::Bus(mut rows) => rows.flush(),
         }
     }
 }
@@ -59,8 +89,7 @@ impl Recorder {
 pub struct RecordingFile(Growing);
 
 impl RecordingFile {
-    /// Begins to record a world in a file: its signals over time, in a format and as far as they are to be shown, or
-    /// without a `waveform` its exchanges.
+    /// Begins to record a world in a file.
     ///
     /// # Errors
     /// Those of [`Growing::begin`], and of writing the head.
@@ -68,12 +97,14 @@ impl RecordingFile {
         file: &Path,
         existing: Existing,
         world: &mut World,
-        waveform: Option<(Format, Shown)>,
+        recorded: Recorded,
     ) -> io::Result<(Self, Recorder)> {
         let growing = Growing::begin(file, existing)?;
-        let recorder = match waveform {
-            Some((format, shown)) => drawn(format, growing.writer()?, world, shown),
-            None => exchanges(growing.writer()?, world),
+        let file = growing.writer()?;
+        let recorder = match recorded {
+            Recorded::Exchanges => Writer::recording(rows(file), &devices(world)).map(Recorder::Exchanges),
+            Recorded::Waveform(format, shown) => drawn(format, file, world, shown),
+            Recorded::Bus => BusWriter::new(rows(file), &devices(world)).map(Recorder::Bus),
         }?;
         Ok((Self(growing), recorder))
     }
@@ -99,12 +130,13 @@ impl RecordingFile {
     }
 }
 
-fn exchanges(file: File, world: &World) -> io::Result<Recorder> {
+fn devices(world: &World) -> Vec<DeviceLine> {
     let nodes = world.places().iter().map(encoring_sim::world::Place::node);
-    let devices = (0..).zip(nodes).map(|(at, node)| device_line::to_device(at, node.unit(), node.memory()));
-    let devices: Vec<_> = devices.collect();
-    let sink: Box<dyn Write + Send> = Box::new(LineFile::new(file));
-    Writer::recording(sink, &devices).map(Recorder::Exchanges)
+    (0..).zip(nodes).map(|(at, node)| device_line::to_device(at, node.unit(), node.memory())).collect()
+}
+
+fn rows(file: File) -> Box<dyn Write + Send> {
+    Box::new(LineFile::new(file))
 }
 
 fn drawn(format: Format, file: File, world: &mut World, shown: Shown) -> io::Result<Recorder> {

@@ -13,6 +13,7 @@ use encoring_sim::scenario::Change;
 use encoring_sim::{Eeprom, Fault, World};
 use encoring_words::{Duration, OutWord};
 
+use crate::bus_seen::BusSeen;
 use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::history::{Watched, WordHistory};
 use crate::pace::{Pace, Speed};
@@ -29,13 +30,13 @@ pub struct Options {
     pub speed: Speed,
     /// Time on the ring after which it stops by itself.
     pub until: Option<Duration>,
-    /// What is written meanwhile. If it breaks off, that is an event, and the ring goes on.
-    pub record: Option<Recorder>,
+    /// What is written meanwhile. If one breaks off, that is an event, and the ring goes on.
+    pub records: Vec<Recorder>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { speed: Speed::REAL, until: None, record: None }
+        Self { speed: Speed::REAL, until: None, records: Vec::new() }
     }
 }
 
@@ -56,8 +57,8 @@ pub struct Finished {
     pub events: Vec<RingEvent>,
     /// The memories as they are after the supply was switched off, by position.
     pub memories: Vec<Eeprom>,
-    /// Why the recording broke off, if it did.
-    pub recording: io::Result<()>,
+    /// Why recordings broke off, if they did, in the order of [`Options::records`].
+    pub recorded: Vec<io::Result<()>>,
 }
 
 /// A handle on a running ring.
@@ -110,8 +111,11 @@ impl Station {
             history: watched.history().clone(),
             requests,
         };
-        if let Some(recorder) = &options.record {
+        for recorder in &options.records {
             recorder.begin(&mut world);
+        }
+        if options.records.iter().any(Recorder::is_of_bus) {
+            handle.image.keep_writes();
         }
         let mut ring = Running {
             world,
@@ -122,8 +126,8 @@ impl Station {
             watched,
             serving: Serving::default(),
             carried: Vec::new(),
-            record: options.record,
-            recording: Ok(()),
+            bus: BusSeen::default(),
+            records: options.records.into_iter().map(Ok).collect(),
         };
         // A device shows its position from the second cycle on.
         ring.cycle();
@@ -265,8 +269,10 @@ struct Running {
     serving: Serving,
     /// Who waits for the next cycle to be over.
     carried: Vec<SyncSender<()>>,
-    record: Option<Recorder>,
-    recording: io::Result<()>,
+    /// What the master sees of the cycle.
+    bus: BusSeen,
+    /// Recordings, and why some broke off.
+    records: Vec<io::Result<Recorder>>,
 }
 
 /// Whether to go on.
@@ -321,7 +327,8 @@ impl Running {
 
     fn cycle(&mut self) {
         let (world, watched, serving) = (&mut self.world, &mut self.watched, &mut self.serving);
-        let cycled = self.image.with(|image| {
+        let (began, data_cycles) = (world.now(), world.ring().master().counts().cycles);
+        let cycled = self.bus.cycle(&self.image, |image| {
             let (out, input) = image.both();
             let cycled = world.cycle(out, input);
             world.diagnose(image);
@@ -333,19 +340,26 @@ impl Running {
             let _ = done.send(());
         });
         self.verdict = cycled.verdict;
-        self.events.slot(cycled.at, cycled.verdict, self.world.ring().master());
+        let master = self.world.ring().master();
+        let data = (master.counts().cycles != data_cycles).then_some(cycled.verdict);
+        self.events.slot(cycled.at, data, master);
+        self.bus.went(began, cycled.at, data);
+        if self.bus.lost > 0 {
+            self.events.push(began, Happened::WritesLost { writes: self.bus.lost });
+        }
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
-        self.record(|recorder, world| recorder.cycled(world, &cycled));
+        self.record(|recorder, world, bus| recorder.cycled(world, &cycled, bus));
     }
 
-    fn record(&mut self, keep: impl FnOnce(&mut Recorder, &mut World) -> io::Result<()>) {
-        let Some(recorder) = &mut self.record else { return };
-        if let Err(cause) = keep(recorder, &mut self.world) {
-            self.events.push(self.world.now(), Happened::RecordingEnded { problem: cause.to_string() });
-            self.recording = Err(cause);
-            self.record = None;
-            self.world.end_recording();
+    fn record(&mut self, mut keep: impl FnMut(&mut Recorder, &mut World, &BusSeen) -> io::Result<()>) {
+        for record in &mut self.records {
+            let Ok(recorder) = record else { continue };
+            if let Err(cause) = keep(recorder, &mut self.world, &self.bus) {
+                recorder.broke_off(&mut self.world);
+                self.events.push(self.world.now(), Happened::RecordingEnded { problem: cause.to_string() });
+                *record = Err(cause);
+            }
         }
     }
 
@@ -354,7 +368,7 @@ impl Running {
         match request {
             Request::Change { position, changes, done } => {
                 self.world.change(position, &changes);
-                self.record(Recorder::changed);
+                self.record(|recorder, world, _| recorder.changed(world));
                 let _ = done.send(());
             }
             Request::Trouble { segment, fault, done } => {
@@ -375,12 +389,12 @@ impl Running {
                 let _ = answer.send(memories.collect());
             }
             Request::WriteOut { position, word, done } => {
-                self.image.with(|image| image.out_mut().get_mut(position).map(|out| *out = word));
+                self.image.with_own(|image| image.out_mut().get_mut(position).map(|out| *out = word));
                 self.carried.push(done);
             }
             Request::Serve { position, service, done } => {
                 let (now, serving) = (self.world.now(), &mut self.serving);
-                self.image.with(|image| serving.begin(now, (position, service), image, done));
+                self.image.with_own(|image| serving.begin(now, (position, service), image, done));
             }
             Request::Tell(what) => self.events.push(self.world.now(), what),
             Request::Stop => return Next::Stop,
@@ -396,7 +410,7 @@ impl Running {
     fn finish(self) -> Finished {
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
         let (view, events) = (self.view(), self.events.all());
-        let finished = self.record.map_or(Ok(()), Recorder::finish);
-        Finished { view, events, memories, recording: self.recording.and(finished) }
+        let recorded = self.records.into_iter().map(|record| record.and_then(Recorder::finish)).collect();
+        Finished { view, events, memories, recorded }
     }
 }

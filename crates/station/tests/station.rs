@@ -10,7 +10,6 @@ use std::time::Duration as Real;
 use encoring_encoder::handshake::Handshake;
 use encoring_encoder::{Magnet, Unit};
 use encoring_ring::Verdict;
-use encoring_ring::image::Half;
 use encoring_sim::device_line::to_device;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
@@ -20,7 +19,7 @@ use encoring_station::Recorder;
 use encoring_station::{Handle, Happened, Keeper, Options, RingStopped, Speed, Station, View, WordChange};
 use encoring_trace::wave::{self, Format};
 use encoring_trace::{Reader, Row, Writer};
-use encoring_words::{Duration, InWord, OutWord};
+use encoring_words::{Duration, InWord, OutWord, Written};
 
 const SERVICE_BIT: u32 = 1 << 31;
 
@@ -154,7 +153,7 @@ fn a_station_ends_by_itself_after_the_cycles_that_fill_its_time() {
         assert_eq!(outcome.view.time_ns, cycles * CYCLE_NS);
         assert_eq!((outcome.view.counters.faulty_cycles, outcome.view.counters.dropped_cycles), (0, 0));
         assert_eq!(outcome.view.cycle_ns, CYCLE_NS);
-        assert!(outcome.recording.is_ok());
+        assert!(outcome.recorded.iter().all(Result::is_ok));
         assert_eq!(outcome.memories.len(), 3);
     }
 }
@@ -186,15 +185,15 @@ fn a_service_goes_over_the_image_and_comes_back() {
 #[test]
 fn both_halves_written_in_one_piece_are_never_torn() {
     let (world, sink) = (world(), Sink::default());
-    let record = Some(sink.record(&world));
-    let station = Station::start(world, Options { record, ..at(Speed::Max) }).unwrap();
+    let records = vec![sink.record(&world)];
+    let station = Station::start(world, Options { records, ..at(Speed::Max) }).unwrap();
     let handle = station.handle();
     let mut last = 0;
     for value in 0..20_000_u16 {
         let value = value & 0x7FFF;
         handle.image().with(|image| {
-            image.set_out_half(1, Half::High, value);
-            image.set_out_half(1, Half::Low, value);
+            image.write_out(1, Written::High(value));
+            image.write_out(1, Written::Low(value));
         });
         if value % 200 == 0 {
             wait_for("another cycle", || {
@@ -204,7 +203,7 @@ fn both_halves_written_in_one_piece_are_never_torn() {
         }
     }
     let outcome = station.stop().unwrap();
-    assert!(outcome.recording.is_ok());
+    assert!(outcome.recorded.iter().all(Result::is_ok));
     let words: Vec<u32> =
         sink.rows().iter().filter(|row| row.position == Some(1)).map(|row| row.out.unwrap()).collect();
     assert!(words.windows(2).filter(|pair| pair[0] != pair[1]).count() > 20);
@@ -216,16 +215,16 @@ fn both_halves_written_in_one_piece_are_never_torn() {
 #[test]
 fn halves_written_one_after_the_other_are_torn_if_a_cycle_comes_between() {
     let (world, sink) = (world(), Sink::default());
-    let record = Some(sink.record(&world));
-    let station = Station::start(world, Options { record, ..at(Speed::REAL) }).unwrap();
+    let records = vec![sink.record(&world)];
+    let station = Station::start(world, Options { records, ..at(Speed::REAL) }).unwrap();
     let handle = station.handle();
     let next_cycle = || {
         let before = handle.view().unwrap().counters.cycles;
         wait_for("a cycle", || handle.view().unwrap().counters.cycles > before);
     };
-    handle.image().with(|image| image.set_out_half(1, Half::High, 0x1234));
+    handle.image().with(|image| image.write_out(1, Written::High(0x1234)));
     next_cycle();
-    handle.image().with(|image| image.set_out_half(1, Half::Low, 0x1234));
+    handle.image().with(|image| image.write_out(1, Written::Low(0x1234)));
     next_cycle();
     station.stop().unwrap();
     let mut words: Vec<u32> =
@@ -401,11 +400,11 @@ fn broken_off(station: &Station) {
 fn a_recording_that_breaks_off_is_told_at_once_and_the_ring_goes_on() {
     let world = world();
     let sink = Sink { full_after: Some(6_000), ..Sink::default() };
-    let record = Some(sink.record(&world));
-    let station = Station::start(world, Options { record, ..at(Speed::Max) }).unwrap();
+    let records = vec![sink.record(&world)];
+    let station = Station::start(world, Options { records, ..at(Speed::Max) }).unwrap();
     broken_off(&station);
     let outcome = station.stop().unwrap();
-    assert_eq!(outcome.recording.unwrap_err().kind(), io::ErrorKind::StorageFull);
+    assert_eq!(outcome.recorded[0].as_ref().unwrap_err().kind(), io::ErrorKind::StorageFull);
     assert_eq!(outcome.memories.len(), 3, "the memories are whole all the same");
     let rows = sink.rows();
     assert!(rows.len() > 10 && rows.len() < 100, "{} rows in 6000 bytes", rows.len());
@@ -418,10 +417,10 @@ fn a_recording_that_breaks_off_in_the_first_cycles_is_told_too() {
     drop(head.record(&world));
     let header = head.bytes.lock().unwrap().len();
     let sink = Sink { full_after: Some(header), ..Sink::default() };
-    let record = Some(sink.record(&world));
-    let station = Station::start(world, Options { record, ..at(Speed::REAL) }).unwrap();
+    let records = vec![sink.record(&world)];
+    let station = Station::start(world, Options { records, ..at(Speed::REAL) }).unwrap();
     broken_off(&station);
-    assert_eq!(station.stop().unwrap().recording.unwrap_err().kind(), io::ErrorKind::StorageFull);
+    assert_eq!(station.stop().unwrap().recorded[0].as_ref().unwrap_err().kind(), io::ErrorKind::StorageFull);
 }
 
 #[test]
@@ -432,11 +431,15 @@ fn a_waveform_that_breaks_off_is_told_at_once_and_the_ring_goes_on() {
         let sink = Sink { full_after: Some(6_000), ..Sink::default() };
         let file: Box<dyn wave::Sink + Send> = Box::new(sink.clone());
         let waveform = Waveform::new(format, file, "tests", &mut world, Shown::Lines).unwrap();
-        let record = Some(Recorder::Waveform(Box::new(waveform)));
-        let station = Station::start(world, Options { record, ..at(Speed::Max) }).unwrap();
+        let records = vec![Recorder::Waveform(Box::new(waveform))];
+        let station = Station::start(world, Options { records, ..at(Speed::Max) }).unwrap();
         broken_off(&station);
         let outcome = station.stop().unwrap();
-        assert_eq!(outcome.recording.unwrap_err().kind(), io::ErrorKind::StorageFull, "{format:?}");
+        assert_eq!(
+            outcome.recorded[0].as_ref().unwrap_err().kind(),
+            io::ErrorKind::StorageFull,
+            "{format:?}"
+        );
         assert_eq!(outcome.memories.len(), 3, "the memories are whole all the same");
     }
 }
@@ -445,22 +448,22 @@ fn a_waveform_that_breaks_off_is_told_at_once_and_the_ring_goes_on() {
 fn a_recording_that_cannot_be_flushed_is_told() {
     let world = world();
     let sink = Sink { flush_fails: true, ..Sink::default() };
-    let record = Some(sink.record(&world));
+    let records = vec![sink.record(&world)];
     let until = Some(Duration::from_millis(20));
-    let station = Station::start(world, Options { record, until, speed: Speed::Max }).unwrap();
+    let station = Station::start(world, Options { records, until, speed: Speed::Max }).unwrap();
     wait_for("the end", || station.is_finished());
-    assert_eq!(station.stop().unwrap().recording.unwrap_err().kind(), io::ErrorKind::BrokenPipe);
+    assert_eq!(station.stop().unwrap().recorded[0].as_ref().unwrap_err().kind(), io::ErrorKind::BrokenPipe);
 }
 
 #[test]
 fn a_recording_holds_every_exchange_from_power_up_on() {
     let world = world();
     let sink = Sink::default();
-    let record = Some(sink.record(&world));
+    let records = vec![sink.record(&world)];
     let until = Some(Duration(100 * CYCLE_NS));
-    let station = Station::start(world, Options { record, until, speed: Speed::Max }).unwrap();
+    let station = Station::start(world, Options { records, until, speed: Speed::Max }).unwrap();
     wait_for("the end", || station.is_finished());
-    assert!(station.stop().unwrap().recording.is_ok());
+    assert!(station.stop().unwrap().recorded[0].is_ok());
     let rows = sink.rows();
     let times: Vec<u64> = rows.iter().filter(|row| row.position == Some(2)).map(|row| row.time_ns).collect();
     assert_eq!(times, (1..=100).map(|k| k * CYCLE_NS).collect::<Vec<_>>());

@@ -16,6 +16,8 @@
 
 use std::io::{self, Read, Write};
 
+use encoring_words::{OutWord, Written};
+
 use crate::columns::{Column, CycleSeen, Input, ROW_NS, Row, Style};
 use crate::csv::{cells, comment, in_order, refusal};
 use crate::error::{Error, Problem, excerpt};
@@ -27,17 +29,6 @@ pub const MARK: &str = "# encoring-bus ";
 
 /// The columns in the order in which they are written.
 const COLUMNS: [&str; 9] = ["time_us", "position", "event", "out", "in", "line", "client", "half", "value"];
-
-/// What was written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HalfWritten {
-    /// Bits 31..16.
-    High(u16),
-    /// Bits 15..0.
-    Low(u16),
-    /// The whole word.
-    Both(u32),
-}
 
 /// What happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +47,7 @@ pub enum BusEvent {
         /// Who.
         client: u32,
         /// What.
-        written: HalfWritten,
+        written: Written,
     },
 }
 
@@ -151,11 +142,11 @@ impl Own {
         Some(())
     }
 
-    fn written(self) -> Option<HalfWritten> {
+    fn written(self) -> Option<Written> {
         Some(match self.half {
-            Half::High => HalfWritten::High(u16::try_from(self.value).ok()?),
-            Half::Low => HalfWritten::Low(u16::try_from(self.value).ok()?),
-            Half::Both => HalfWritten::Both(self.value),
+            Half::High => Written::High(u16::try_from(self.value).ok()?),
+            Half::Low => Written::Low(u16::try_from(self.value).ok()?),
+            Half::Both => Written::Both(OutWord(self.value)),
         })
     }
 }
@@ -316,9 +307,9 @@ impl<W: Write> BusWriter<W> {
             BusEvent::Write { client, written } => {
                 write!(self.line, ",write,,,,{client},")?;
                 match written {
-                    HalfWritten::High(value) => writeln!(self.line, "high,{value:04X}"),
-                    HalfWritten::Low(value) => writeln!(self.line, "low,{value:04X}"),
-                    HalfWritten::Both(value) => writeln!(self.line, "both,{value:08X}"),
+                    Written::High(value) => writeln!(self.line, "high,{value:04X}"),
+                    Written::Low(value) => writeln!(self.line, "low,{value:04X}"),
+                    Written::Both(word) => writeln!(self.line, "both,{word}"),
                 }?;
             }
         }
@@ -353,9 +344,9 @@ mod tests {
             cycle(Some(Input::Word(0x64)), Some(CycleSeen::Good)),
             cycle(Some(Input::Off), Some(CycleSeen::Bad)),
             cycle(None, Some(CycleSeen::Silent)),
-            write(HalfWritten::High(0xC200)),
-            write(HalfWritten::Low(5)),
-            write(HalfWritten::Both(0x0200_0000)),
+            write(Written::High(0xC200)),
+            write(Written::Low(5)),
+            write(Written::Both(OutWord(0x0200_0000))),
         ];
         let mut writer = BusWriter::new(Vec::new(), &[]).unwrap();
         let mut wanted = Vec::new();

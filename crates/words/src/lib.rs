@@ -26,4 +26,4 @@ pub use service::{Access, Service};
 pub use status::ErrorStatus;
 pub use time::{Duration, Instant};
 pub use week::Week;
-pub use word::{InWord, OutWord};
+pub use word::{InWord, OutWord, Written};

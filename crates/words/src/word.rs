@@ -58,6 +58,17 @@ pub const DATA_MAX: u32 = DATA.mask();
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct OutWord(pub u32);
 
+/// What is written to an OUT word: all of it, or one of the two 16-bit words that it consists of [R5].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Written {
+    /// Bits 31..16.
+    High(u16),
+    /// Bits 15..0.
+    Low(u16),
+    /// Both at once.
+    Both(OutWord),
+}
+
 /// A word from an encoder to the master.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct InWord(pub u32);
@@ -166,6 +177,16 @@ impl OutWord {
     #[must_use]
     pub const fn decode(self) -> Out {
         if self.service_bit() { Out::Request(ServiceFields::of(self.0)) } else { Out::Normal(self.0) }
+    }
+
+    /// The word after a write; a half that is not written stays.
+    #[must_use]
+    pub const fn after(self, written: Written) -> Self {
+        match written {
+            Written::High(high) => Self::from_halves(high, self.low()),
+            Written::Low(low) => Self::from_halves(self.high(), low),
+            Written::Both(word) => word,
+        }
     }
 }
 

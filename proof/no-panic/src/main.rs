@@ -27,7 +27,7 @@ use encoring_words::parameter::{PARAMETERS, SsiValues};
 use encoring_words::service::SERVICES;
 use encoring_words::ssi_frame::{Level, SsiFormat, SsiFrame};
 use encoring_words::word::{FIELDS, In, Out, ServiceNumber};
-use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord, ParameterSet, Week, gray};
+use encoring_words::{Duration, ErrorStatus, InWord, Instant, Model, OutWord, ParameterSet, Week, Written, gray};
 
 unsafe extern "C" {
     /// Defined nowhere.
@@ -181,7 +181,9 @@ fn ring() {
     let Ok(mut image) = ProcessImage::new(any()) else { return };
     let half = if any() { Half::High } else { Half::Low };
     black_box((image.out_half(any(), half), image.input_half(any(), half)));
-    black_box(image.set_out_half(any(), half, any()));
+    black_box(image.write_out(any(), Written::High(any())));
+    black_box(image.write_out(any(), Written::Low(any())));
+    black_box(image.write_out(any(), Written::Both(OutWord(any()))));
     image.diagnose(any(), any(), black_box([0_u32; 200]));
     black_box((image.status(), image.parameter(), image.faults()));
     let time = CycleTime { bit: Duration(any()), software: Duration(any()), cable_m: any() };

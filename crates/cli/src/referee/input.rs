@@ -4,9 +4,9 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::str::FromStr;
 
-use encoring_host::referee::{LineSeen, Observed, Vantage, Written};
+use encoring_host::referee::{LineSeen, Observed, Vantage};
 use encoring_ring::diagnostics::status;
-use encoring_trace::bus::{BusEvent, BusReader, BusRow, HalfWritten, MARK};
+use encoring_trace::bus::{BusEvent, BusReader, BusRow, MARK};
 use encoring_trace::{CycleSeen, DeviceLine, Input, Row, RowKind};
 use encoring_words::{InWord, Instant, Model, OutWord};
 
@@ -77,14 +77,7 @@ fn seen_on_bus(row: &BusRow) -> Observed {
             let (out, input, line) = (OutWord(out), word(input), line.map_or(LineSeen::Untold, line_seen));
             Observed::Cycle { at, out, input, line }
         }
-        BusEvent::Write { client, written } => {
-            let written = match written {
-                HalfWritten::High(value) => Written::High(value),
-                HalfWritten::Low(value) => Written::Low(value),
-                HalfWritten::Both(value) => Written::Both(OutWord(value)),
-            };
-            Observed::Write { at, client, written }
-        }
+        BusEvent::Write { client, written } => Observed::Write { at, client, written },
     }
 }
 

@@ -8,6 +8,7 @@
     reason = "a test may panic"
 )]
 
+mod bus;
 mod kept;
 
 use std::fs;

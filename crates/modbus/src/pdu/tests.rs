@@ -6,11 +6,11 @@ use encoring_words::OutWord;
 const ORDERS: [WordOrder; 2] = [WordOrder::HighFirst, WordOrder::LowFirst];
 
 fn answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
-    respond(request, image, RegisterMap::Plain, WordOrder::HighFirst).as_bytes().to_vec()
+    respond(request, image, RegisterMap::Plain, WordOrder::HighFirst, &mut |_, _| {}).as_bytes().to_vec()
 }
 
 fn inline_answer(image: &mut ProcessImage, request: &[u8]) -> Vec<u8> {
-    respond(request, image, RegisterMap::Inline, WordOrder::HighFirst).as_bytes().to_vec()
+    respond(request, image, RegisterMap::Inline, WordOrder::HighFirst, &mut |_, _| {}).as_bytes().to_vec()
 }
 
 /// The answer on a ring of three, which must leave the image as it was.
@@ -20,7 +20,7 @@ fn refused(request: &[u8]) -> Vec<u8> {
 
 fn refused_by(layout: RegisterMap, request: &[u8]) -> Vec<u8> {
     let mut changed = image(3);
-    let pdu = respond(request, &mut changed, layout, WordOrder::HighFirst);
+    let pdu = respond(request, &mut changed, layout, WordOrder::HighFirst, &mut |_, _| {});
     assert!(pdu.is_exception(), "{request:02X?}");
     assert_eq!(changed, image(3), "{request:02X?}");
     pdu.as_bytes().to_vec()
@@ -44,7 +44,7 @@ impl Comparison {
     fn check(&mut self, request: &[u8]) {
         let mut image = self.fresh.clone();
         self.plain.image.clone_from(&self.fresh);
-        let answer = respond(request, &mut image, self.layout, self.order);
+        let answer = respond(request, &mut image, self.layout, self.order, &mut |_, _| {});
         assert_eq!(
             answer.as_bytes(),
             self.plain.respond(request),
@@ -327,4 +327,30 @@ fn a_ring_without_encoders_has_a_diagnosis_and_no_words() {
     assert_eq!(answer(&mut image, &[3, 0x03, 0x84, 0, 3]), [3, 6, 0xB0, 0xE0, 0xB3, 0x80, 0xC0, 0x00]);
     assert_eq!(inline_answer(&mut image, &[3, 0x05, 0x78, 0, 1]), [3, 2, 0, 0]);
     assert_eq!(inline_answer(&mut image, &[3, 0x1F, 0x40, 0, 1]), [0x83, 2]);
+}
+
+// [R5]
+#[test]
+fn whoever_looks_on_is_told_of_each_word_once_and_of_a_refused_write_never() {
+    let told = |request: &[u8], order| {
+        let mut told = Vec::new();
+        let mut image = image(3);
+        let _ = respond(request, &mut image, RegisterMap::Plain, order, &mut |position, written| {
+            told.push((position, written));
+        });
+        told
+    };
+    let word = |word| Written::Both(OutWord(word));
+    let two_and_a_half = [16, 0, 1, 0, 5, 10, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10];
+    assert_eq!(
+        told(&two_and_a_half, WordOrder::HighFirst),
+        [(0, Written::Low(0x0102)), (1, word(0x0304_0506)), (2, word(0x0708_090A))]
+    );
+    assert_eq!(
+        told(&two_and_a_half, WordOrder::LowFirst),
+        [(0, Written::High(0x0102)), (1, word(0x0506_0304)), (2, word(0x090A_0708))]
+    );
+    assert_eq!(told(&[6, 0, 4, 0xC2, 0], WordOrder::HighFirst), [(2, Written::High(0xC200))]);
+    assert_eq!(told(&[16, 0, 5, 0, 2, 4, 0, 0, 0, 0], WordOrder::HighFirst), []);
+    assert_eq!(told(&[4, 0, 0, 0, 2], WordOrder::HighFirst), []);
 }

@@ -342,7 +342,7 @@ fn converse_with(capacity: usize) -> (DuplexStream, Arc<ServerCounts>, JoinHandl
         let counters = Arc::clone(&counters);
         let image = SharedImage::new(image(ENCODERS));
         tokio::spawn(async move {
-            converse(stream, &image, Options::default(), &counters, &GatewayFaults::default()).await;
+            converse(stream, &image, Options::default(), &counters, &GatewayFaults::default(), 1).await;
         })
     };
     (client, counters, task)

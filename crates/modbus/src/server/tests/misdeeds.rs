@@ -50,7 +50,7 @@ impl Faulty {
         let (image, faults) = (self.image.clone(), self.faults.clone());
         tokio::spawn(async move {
             let options = Options { idle: Duration::from_secs(3_600), ..Options::default() };
-            converse(stream, &image, options, &ServerCounts::default(), &faults).await;
+            converse(stream, &image, options, &ServerCounts::default(), &faults, 1).await;
         });
     }
 
