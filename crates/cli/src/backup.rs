@@ -21,56 +21,62 @@ use crate::bus::{Deed, Opened};
 use crate::output::{Answer, Failure, bad_input, note};
 use view::{BackupView, EncoderView};
 
-/// Keep everything readable of an encoder, or of a whole ring, in a file
+/// Save the values of an encoder, or of a whole ring, to a file
 ///
-/// Changes nothing, but uses the handshake: while a value is read IN shows the reply and no position, so stop the axis
-/// first. The offset of a preset cannot be read: give marks on the machine, so that the zero can be found again.
+/// Reading changes nothing, but it uses the handshake: while it lasts IN shows the reply and no position. Stop the axis
+/// first. No service reads the offset of a preset: give --mark for places of the machine, to find the zero again.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 kept; 1 a mark cannot be noted here, the file holds other values, or
-another master is at work; 2 bad input or usage; 3 no answer, or a value that cannot
-be read.
+Exit codes:
+  0  kept
+  1  a mark cannot be noted here, the file holds other values, or another master is
+     at work
+  2  wrong input or wrong usage
+  3  no answer, or a value could not be read
 
 Examples:
   encoring backup axis-3.toml --bus sim --at 2
-  encoring backup axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m --mark \"stop left=0 mm\"
-  encoring backup axis-3.toml --bus modbus-tcp://192.168.1.10 --update --mark \"stop right=350 mm\"
-  encoring backup ring.toml --bus modbus-tcp://192.168.1.10 --at 0-2 --model la-66 --model ce-100-m --model ce-65-m
+  encoring backup axis-2.toml --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m \\
+    --mark 'stop left=0 mm'
+  encoring backup axis-2.toml --bus modbus-tcp://192.168.1.10 --update --mark 'stop right=350 mm'
+  encoring backup ring.toml --bus modbus-tcp://192.168.1.10 --at 0-2 \\
+    --model la-66,ce-100-m,ce-65-m
   encoring backup today.toml --bus modbus-tcp://192.168.1.10 --like ring.toml")]
 pub(crate) struct Arguments {
-    /// The file; one that is there already is left as it is
+    /// The file to write; without --update it must not exist
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
     #[command(flatten)]
     ring: BusArguments,
-    /// Ring positions from 0, like 2 or 0,2 or 0-2; without it all of a simulated ring, or those of --like or --update
+    /// Ring positions, such as 2 or 0,2 or 0-2 [default: those of --like or --update, or all of a simulated ring]
     #[arg(long, value_name = "POSITIONS", value_parser = positions)]
     at: Option<Positions>,
-    /// The model of all these encoders, or of each in the order of --at; a simulated ring knows them
+    /// Models on the type labels: one for all, or one for each position; a simulated ring names them
     #[arg(long, value_name = "MODEL[,MODEL..]", value_parser = arguments::model(), value_delimiter = ',')]
     model: Vec<Model>,
-    /// Steps per turn on the rating plates, 4096 or 8192: of all, or of each
+    /// Steps per turn on the rating plates, 4096 or 8192: one for all, or one for each position
     #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = arguments::native(), value_delimiter = ',')]
     native: Vec<u32>,
-    /// Positions, models and labels as in this older backup
+    /// Take positions, models and labels from this older backup
     #[arg(long, value_name = "OLD.toml", conflicts_with = "update")]
     like: Option<PathBuf>,
-    /// Add marks and labels to the file that is there, if the encoder still holds its values
+    /// Add marks and labels to an existing file, if the encoder still holds its values
     #[arg(long)]
     update: bool,
-    /// A mark at which the machine stands now, with what its scale shows if it has one; may be repeated
+    /// Mark at which the machine stands now, with the number on its scale if it has one (repeatable)
     #[arg(long, value_name = "NAME[=NUMBER mm|deg]", allow_hyphen_values = true)]
     mark: Vec<NamedMark>,
     /// Serial number on the type label
     #[arg(long, value_name = "TEXT")]
     serial: Option<String>,
-    /// Week and year of the firmware on the type label
+    /// Week and year of the firmware on the type label, such as 41/1997
     #[arg(long, value_name = "WW/YYYY", value_parser = firmware)]
     firmware: Option<String>,
-    /// Any other words, as where the encoder is mounted
+    /// Your own words, such as the place of the encoder in the machine
     #[arg(long, value_name = "TEXT")]
     label: Option<String>,
-    /// How long to wait for each step of a handshake [default: 2s, or four time-outs of the address if that is longer]
+    /// Longest wait for each step of a handshake, at least 3 time-outs of the address [default: 2s, or 4 time-outs if that is
+    /// longer]
     #[arg(long, value_name = "TIME", value_parser = span)]
     patience: Option<Duration>,
     #[command(flatten)]

@@ -18,8 +18,10 @@ use view::CalcView;
 /// Calculate what to program for a range, and the words that do it
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit code 0: the words can be used as they are; 1: the encoder would refuse the
-values (2^14), and what works instead is shown; 2: bad input.
+Exit codes:
+  0  the words can be used as they are
+  1  the encoder would refuse the values (2^14); the output names values that work
+  2  wrong input
 
 Examples:
   encoring calc rotary --steps-per-turn 1000 --turns 3.5
@@ -42,22 +44,27 @@ enum Encoder {
     Explain(explain::Arguments),
 }
 
-/// For a shaft: services 02, 03 and 09 of a CE-100-M or CE-65-M
+/// Compute the values of a shaft: services 02, 03 and 09 of a CE-100-M or CE-65-M
 ///
-/// With 4096 steps per turn if --native says nothing. --model leaves out what concerns only the other model.
+/// The default of --native is 4096 here. With --model the output leaves out what concerns the other model only.
 #[derive(Args, Debug)]
 #[command(after_help = "\
+Exit codes:
+  0  the words can be used as they are
+  1  the encoder would refuse the values (2^14); the output names values that work
+  2  wrong input
+
 Examples:
   encoring calc rotary --steps-per-turn 1000 --turns 3.5
   encoring calc rotary --mm-per-turn 5 --resolution-mm 0.01 --turns 7/2
-  encoring calc rotary --travel-mm 50000 --mm-per-turn 3330
+  encoring calc rotary --travel-mm 50000 --mm-per-turn 3330        # a linear axis: finds the turns
   encoring calc rotary --steps-per-turn 8192 --turns 2048 --native 8192 --model ce-65-m")]
 struct RotaryArguments {
     #[command(flatten)]
-    range: RotaryRange,
+    label: TypeLabel,
 
     #[command(flatten)]
-    label: TypeLabel,
+    range: RotaryRange,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {

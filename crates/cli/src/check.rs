@@ -19,18 +19,21 @@ use crate::noted::{JournalFolder, Noted};
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, Shown, StatusView, TargetView};
 
-/// Run the data check: which error is pending, and is it over
+/// Run the data check (service 08): show the pending error, and end it if its cause is gone
 ///
-/// Service 08 returns the error status and ends errors that are over. It also makes values count that were programmed
-/// and never checked: the position may jump. On an LA-66 it only returns the status.
+/// The data check also makes values count that were programmed and never checked: the position may jump. On an LA-66
+/// service 08 only returns the error status and clears it.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 no error; 1 an error is or was pending, or another master is at
-work; 2 bad usage; 3 no answer.
+Exit codes:
+  0  no error
+  1  an error is or was pending; not confirmed; or another master is at work
+  2  wrong usage
+  3  no answer
 
 Examples:
   encoring check --bus sim --at 2 --yes
-  encoring check --bus modbus-tcp://192.168.1.10 --at 0 --model ce-65-m")]
+  encoring check --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     encoder: Encoder,

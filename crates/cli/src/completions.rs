@@ -7,10 +7,17 @@ use clap_complete::Shell;
 
 use crate::output::{Answer, Failure};
 
-/// Print the completion script of a shell
+/// Print a completion script for a shell
+///
+/// Open a new shell afterwards.
 #[derive(Args, Debug)]
 #[command(after_help = "\
+Exit codes:
+  0  printed
+  2  wrong usage
+
 Examples:
+  mkdir -p ~/.local/share/bash-completion/completions ~/.config/fish/completions
   encoring completions bash > ~/.local/share/bash-completion/completions/encoring
   encoring completions fish > ~/.config/fish/completions/encoring.fish
   encoring completions zsh > \"${fpath[1]}/_encoring\"")]

@@ -17,20 +17,25 @@ use crate::word_view::{Shown, WordView};
 /// Explain a 32-bit word of an encoder, bit by bit
 #[derive(Args, Debug)]
 #[command(after_help = "\
-A word is written as a PLC or a table shows it: C200270F, 0xC200270F, C200270Fh,
-16#C200270F, DW#16#C200270F, in binary 2#1100..., as a signed number -1040177393 or
-L#-1040177393; in two halves, the high one first: C200 270F, W#16#C200 W#16#270F,
-KH=C200 KH=270F; or in bytes: C2 00 27 0F. Upper and lower case are one.
+Write a word as a PLC or a table shows it, in upper or lower case:
+  C200270F, 0xC200270F, C200270Fh, 16#C200270F, DW#16#C200270F, 2#1100...
+  a signed number: -1040177393, L#-1040177393
+  two halves, high half first: C200 270F, W#16#C200 W#16#270F, KH=C200 KH=270F
+  four bytes: C2 00 27 0F
 
-Without words, or with `-`, words are read from standard input, one a line, or as
-mbpoll prints registers ([5]: 0xC200). Lines that begin with # are left out.
+Without WORDS, or with `-`, the command reads standard input: one word a line, or the
+registers as mbpoll prints them ([5]: 0xC200). It skips lines that begin with #.
+
+Exit codes:
+  0  every word was explained
+  2  a word cannot be read
 
 Examples:
   encoring decode C200270F
   encoring decode W#16#C200 W#16#270F --direction out --model ce-65-m
   encoring decode --decimal 3254789903
-  encoring decode 8800 2080 --direction in    what is wrong, and what to do
-  encoring decode --master 00E4 0380          the master's diagnostic registers
+  encoring decode 8800 2080 --direction in    # an error status, with its remedy
+  encoring decode --master 00E4 0380          # the diagnostic registers of the master
   encoring decode --format json < words.txt
   mbpoll -1 -t 3:hex -r 5 -c 2 192.168.1.10 | encoring decode -")]
 pub(crate) struct Arguments {
@@ -38,19 +43,19 @@ pub(crate) struct Arguments {
     #[arg(allow_negative_numbers = true)]
     words: Vec<String>,
 
-    /// Numbers without sign and base mark are decimal
+    /// Read numbers without sign and base mark as decimal
     #[arg(long)]
     decimal: bool,
 
-    /// Show only what it means from master to encoder (out) or from encoder to master (in)
+    /// Explain only one direction: out is master to encoder, in is encoder to master
     #[arg(long)]
     direction: Option<Direction>,
 
-    /// Show only what this model makes of it
+    /// Explain the word for this model only
     #[arg(long, value_parser = arguments::model())]
     model: Option<Model>,
 
-    /// Instead of a word: the master's diagnostic status register and its parameter register
+    /// Explain the diagnostic status register and the diagnostic parameter register of the master
     #[arg(long, num_args = 2, value_names = ["STATUS", "PARAMETER"], allow_negative_numbers = true,
           conflicts_with_all = ["words", "direction", "model"])]
     master: Option<Vec<String>>,

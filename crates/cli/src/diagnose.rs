@@ -11,38 +11,41 @@ use crate::arguments::{Output, TableArguments, model};
 use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure, note};
 
-/// Say why a position jumped: the cause of each step change in a recording
+/// Find the causes of the step changes in a recording: why did the position jump
 ///
-/// Reads logs (`encoring log`), recordings (`sim --record`, `sim --record-bus`), what `ssi decode --format csv` prints,
-/// and tables of other programs. Each step change is told with its cause, how sure that is, what speaks for it, what
-/// else it may be, and what would tell them apart.
+/// It reads logs (`encoring log`), recordings (`sim --record`, `sim --record-bus`), the output of `ssi decode --format csv`
+/// and tables of other programs. For each step change it prints the cause, how certain it is, the evidence and the
+/// alternatives. It also prints what would tell them apart.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Certain: the recording itself says so, or nothing else makes these words. Likely:
-others would need a coincidence. Possible: others explain it as well; they stand
-beside it. docs/diagnosis.md has every cause.
+A cause is \"certain\" if the recording itself shows it, or if nothing else makes these
+words. It is \"likely\" if other causes need a coincidence. It is \"possible\" if other
+causes explain it as well; the output names them. docs/diagnosis.md has every cause.
 
-Exit codes: 0 no fault (ends of the range, presets and other scalings are none);
-1 a fault; 2 bad input; 3 only what cannot be told, or nothing could be judged.
+Exit codes:
+  0  no fault; an end of the range, a preset and a new scaling are none
+  1  a fault
+  2  wrong input
+  3  no cause is clear, or nothing could be judged
 
 Examples:
   encoring diagnose axis.csv
-  encoring log axis.csv --bus ... ; encoring diagnose axis.csv --model ce-65-m
+  encoring diagnose axis.csv --model ce-65-m
   encoring diagnose plc.csv --columns \"time_ms=Zeit,in=ID 256\" --format json")]
 pub(crate) struct Arguments {
     /// The recordings, or `-` for standard input
     #[arg(value_name = "FILE", required = true)]
     files: Vec<String>,
 
-    /// The encoder, where the recording does not name it
+    /// Model of the encoder, if the recording does not name it
     #[arg(long, value_name = "MODEL", value_parser = model())]
     model: Option<Model>,
 
     #[command(flatten)]
-    table: TableArguments,
+    output: Output,
 
     #[command(flatten)]
-    output: Output,
+    table: TableArguments,
 }
 
 impl Arguments {

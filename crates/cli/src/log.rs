@@ -35,50 +35,53 @@ const SPINNER: &str = "{spinner} {msg}; Ctrl-C ends";
 /// How often the progress is shown.
 const SHOW_EVERY: Real = Real::from_millis(200);
 
-/// Log what encoders show, for days
+/// Log the encoders of a ring to a CSV file, for hours or days
 ///
-/// Only reads: never writes an OUT word. It judges every 10 ms (--poll) and writes a row for every encoder each 100 ms
-/// (--every) and at each change of its verdict: time, words, verdict, position. A jump stays marked until the position
-/// is back, or until SIGUSR1 acknowledges it.
+/// It only reads and never writes an OUT word, so the PLC can go on working. It writes a row for each encoder every --every
+/// and at each new verdict: time, words, verdict, position. A jump stays marked until the position is back, or until SIGUSR1
+/// acknowledges it.
 ///
-/// FILE.csv is always the one that is written; when it is full it becomes FILE.1.csv, that one FILE.2.csv, and so on. A
-/// FILE.csv that is there is kept as FILE.1.csv if it is a log, and else refused; it stays FILE.csv until a word was
-/// seen. Every second all rows are brought onto the disk.
+/// FILE.csv is always the file that is written. A full file becomes FILE.1.csv, that one FILE.2.csv, and so on. If FILE.csv
+/// exists at the start and is a log, it becomes FILE.1.csv as soon as a word was seen; any other file is refused. Rows are
+/// on the disk after 1 s.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 ended by Ctrl-C, SIGTERM or --for; 1 with --exit-on-fault: a fault was seen; 2 bad usage, or FILE is no
-log; 3 no poll brought a word, the log cannot be written (what was written stays), or with --exit-on-fault: no fault was
-seen, but an encoder could not be judged at some time.
+Exit codes:
+  0  ended by Ctrl-C, SIGTERM or --for
+  1  with --exit-on-fault: a fault was seen
+  2  wrong usage, or FILE.csv exists and is not a log
+  3  no poll brought a word, or the log cannot be written; with --exit-on-fault: no fault was seen,
+     but an encoder could not be judged at some time
 
 Examples:
-  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
-  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis.toml --changes
+  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 0-2 --model la-66,ce-100-m,ce-65-m
+  encoring log axis.csv --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis-2.toml --changes
   encoring log day.csv --bus sim --for 1d --speed max")]
 pub(crate) struct Arguments {
-    /// The file to write; finished files become FILE.1.csv, FILE.2.csv, ...
+    /// The file to write; full files become FILE.1.csv, FILE.2.csv, ...
     #[arg(value_name = "FILE.csv")]
     file: PathBuf,
     #[command(flatten)]
     subjects: SubjectArguments,
-    /// How often to write a row; one more at each change of a verdict. 0: as often as the bus can
+    /// Time from row to row; a new verdict makes a row at once. 0: as fast as the bus answers
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = every)]
     every: Duration,
-    /// How often to look and judge, at least with each row; never more than one request is under way
+    /// Time from poll to poll; a poll waits for the answer to the one before. 0: as fast as the bus answers
     #[arg(long, value_name = "TIME", default_value = "10ms", value_parser = every)]
     poll: Duration,
-    /// End with the first fault: error bit, implausible position, stopped ring
+    /// End at the first fault: error bit, implausible position, stopped ring
     #[arg(long)]
     exit_on_fault: bool,
-    /// Only rows in which a word or the verdict differs from the row before
+    /// Write a row only if a word or the verdict has changed
     #[arg(long)]
     changes: bool,
-    /// Millions of bytes after which a file is full
+    /// Size of a full file in millions of bytes, 1 to 1000000
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     rotate_mb: u32,
-    /// Time after which a file is full, also if it has fewer bytes
+    /// Age of a full file, such as 1d, even if it is smaller than --rotate-mb [default: no limit]
     #[arg(long, value_name = "TIME", value_parser = span)]
     rotate_every: Option<Duration>,
-    /// Finished files to keep; the oldest beyond that is deleted
+    /// Number of full files to keep, 1 to 9999; the oldest one beyond that is deleted
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=9_999))]
     keep: u32,
     #[command(flatten)]

@@ -13,6 +13,8 @@ mod completions;
 mod decode;
 mod diagnose;
 mod dialog;
+#[cfg(test)]
+mod help_rules;
 mod interrupt;
 mod log;
 mod man;
@@ -50,9 +52,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-/// TR absolute encoders on INTERBUS-S, as software.
+/// Simulate, read, program and watch TR absolute encoders on INTERBUS-S
 #[derive(Parser)]
-#[command(name = "encoring", version, long_version = version::LONG, max_term_width = 100, after_help = output::EXIT_CODES)]
+#[command(name = "encoring", version, long_version = version::LONG, max_term_width = 100, after_help = output::HELP)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,

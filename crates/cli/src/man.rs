@@ -12,11 +12,17 @@ use crate::output::{Answer, Failure, bad_input};
 #[command(
     hide = true,
     after_help = "\
-Example:
+Exit codes:
+  0  written
+  2  wrong usage
+  3  a page could not be written
+
+Examples:
+  mkdir -p man1
   encoring man man1    # then: man ./man1/encoring-sim.1"
 )]
 pub(crate) struct Arguments {
-    /// The folder, which must be there. Pages of the same names are replaced.
+    /// Folder for the pages, which must exist; pages of the same names are replaced
     folder: PathBuf,
 }
 

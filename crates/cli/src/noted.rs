@@ -19,7 +19,7 @@ use crate::output::{Failure, bad_input, note};
 /// Where is noted what is being programmed.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct JournalFolder {
-    /// Folder in which is noted what is being programmed [default: encoring/journal in the user's folder for states]
+    /// Folder for notes of what is being programmed [default: encoring/journal in the user's state folder]
     #[arg(long, value_name = "DIR", global = true)]
     journal: Option<PathBuf>,
 }

@@ -14,17 +14,25 @@ pub(crate) mod time;
 pub(crate) mod wrap;
 
 /// What stands below the help of the whole program.
-pub(crate) const EXIT_CODES: &str = "\
-Exit codes: 0 yes, 1 no (a difference, a refusal), 2 bad input or bad usage,
-3 no answer or could not judge.";
+pub(crate) const HELP: &str = "\
+Exit codes:
+  0  yes, or done
+  1  no: a difference, a fault, or a refusal
+  2  wrong input or wrong usage
+  3  no answer, or not enough was seen to answer
 
-/// Who reads the output.
+Examples:
+  encoring sim                          # the built-in ring; Modbus TCP on 127.0.0.1:5020
+  encoring watch --bus sim              # look at its encoders
+  encoring decode C200270F              # what a word means
+  encoring sheet ce-65-m pins           # what the manual states
+  encoring calc rotary --help           # the help of a subcommand";
+
+/// Who reads the output: people, or programs, which get one JSON object or one a line.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Format {
-    /// For people.
     #[default]
     Text,
-    /// For programs: one JSON object, or one a line.
     Json,
 }
 

@@ -11,22 +11,24 @@ use crate::dialog::Dialog;
 use crate::output::{Answer, Failure};
 use crate::presetting::{PresetView, Presetting};
 
-/// Make the position a value, here and now (preset adjustment, service 06)
+/// Set the position to a value (preset adjustment, service 06)
 ///
-/// The old zero is gone afterwards, and nothing can read it back: write down what is shown at a mark first. A preset
-/// adjustment that got no answer is never repeated. While an error is pending none is made: `encoring check` comes
-/// first, and --yes is no consent to that.
+/// The old zero is lost, and no service can read it back. Note the position at a mark of the machine first. The command
+/// never repeats a preset adjustment that got no answer. It makes none while an error is pending, even with --yes: run
+/// `encoring check` first.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 done; 1 refused, an error is pending, the answer was no, or another
-master is at work; 2 bad usage; 3 no answer, or the position does not show it:
-whether it was done may not be known.
+Exit codes:
+  0  done: the position shows the value
+  1  refused, not confirmed, an error is pending, or another master is at work
+  2  wrong usage
+  3  no answer, or the position does not show the value; the report says what is known
 
 Examples:
   encoring preset 0 --bus sim --at 2
   encoring preset 5000 --bus modbus-tcp://192.168.1.10 --at 0 --model la-66 --yes")]
 pub(crate) struct Arguments {
-    /// What the position shall be, in steps
+    /// The new position in steps, 0 to the measuring length: decimal, or hexadecimal as 270Fh
     #[arg(value_parser = arguments::typed_value, allow_negative_numbers = true)]
     value: TypedValue,
     #[command(flatten)]

@@ -18,23 +18,26 @@ use crate::output::{Answer, Failure, note};
 
 /// Find the encoders of an unknown gateway: register, table and word order
 ///
-/// Reads registers and never writes. What can be told it tells from motion, so turn the shafts meanwhile.
+/// It reads registers and never writes. Turn the shafts while it reads: it recognises positions by their motion.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 one place stands out; 1 several fit, or none; 2 bad usage; 3 no
-answer.
+Exit codes:
+  0  one place stands out
+  1  several places fit, or none
+  2  wrong usage
+  3  no answer
 
 Examples:
-  encoring probe modbus-tcp://127.0.0.1:5020
+  encoring probe modbus-tcp://192.168.1.10
   encoring probe 'modbus-rtu:/dev/ttyUSB0?baud=19200&unit=3' --format json")]
 pub(crate) struct Arguments {
-    /// The gateway: modbus-tcp://HOST[:PORT][?unit=1] or modbus-rtu:DEVICE?baud=19200
+    /// Address of the gateway: modbus-tcp://HOST[:PORT][?unit=1] or modbus-rtu:DEVICE?baud=19200
     #[arg(value_name = "ADDRESS")]
     address: Address,
-    /// The last register at which to look
+    /// Last register to look at, 0 to 65535
     #[arg(long, value_name = "REGISTER", default_value_t = Reach::default().last)]
     last: u16,
-    /// The most requests
+    /// Most requests to send
     #[arg(long, value_name = "N", default_value_t = Reach::default().requests)]
     requests: u32,
     #[command(flatten)]

@@ -12,14 +12,17 @@ use crate::programming::How;
 
 /// Program an encoder: write, check, read back, compare
 ///
-/// What the data check would refuse is not begun. If a step fails the old values are written back and checked. The
-/// report says what every parameter holds afterwards.
+/// It begins nothing that the data check would refuse. If a step fails it writes the old values back and checks them. The
+/// report shows what every parameter holds at the end.
 #[derive(Args, Debug)]
 #[command(
     args_conflicts_with_subcommands = false,
     after_help = "\
-Exit codes: 0 done and verified; 1 refused, not confirmed, or another master is at
-work; 2 bad input or usage; 3 no answer.
+Exit codes:
+  0  done and verified, or nothing to change
+  1  refused by the encoder, not confirmed, or another master is at work
+  2  wrong input or wrong usage
+  3  no answer, or the values are not known afterwards
 
 Examples:
   encoring program --bus sim --at 2 rotary --steps-per-turn 1000 --turns 3.5
@@ -30,7 +33,7 @@ pub(crate) struct Arguments {
     /// The range instead of a file
     #[command(subcommand)]
     range: Option<Range>,
-    /// A file of parameters, as the backups are; what it does not hold stays
+    /// File of parameters, such as a backup; a parameter that is not in it stays as it is
     #[arg(long, value_name = "FILE.toml")]
     file: Option<PathBuf>,
     #[command(flatten)]

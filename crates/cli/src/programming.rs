@@ -32,13 +32,13 @@ pub(crate) struct How {
     /// Show what would be written, and end
     #[arg(long, global = true)]
     pub(crate) dry_run: bool,
-    /// Where the old values are kept; a real encoder's are kept in this folder if nothing is said
+    /// File for the old values [default: backup-MODEL-at-POSITION-TIME.toml for a real encoder, none for a simulated one]
     #[arg(long, value_name = "FILE.toml", global = true)]
     backup: Option<PathBuf>,
     /// Keep no old values
     #[arg(long, conflicts_with = "backup", global = true)]
     no_backup: bool,
-    /// Run the data check also if everything is programmed already
+    /// Run the data check even if there is nothing to write
     #[arg(long, conflicts_with = "dry_run", global = true)]
     check: bool,
     #[command(flatten)]

@@ -19,21 +19,24 @@ use crate::noted::{EarlierView, JournalFolder, Noted};
 use crate::output::{Answer, Failure};
 use crate::told::{Failed, FailureView, ParameterView, Shown, TargetView};
 
-/// Read what is programmed in an encoder
+/// Read the programmed values of an encoder
 ///
-/// Changes nothing, but uses the handshake: while a value is read IN shows the reply and no position, so stop the axis
-/// first. No data check is run: `encoring check` tells why a read was refused.
+/// Reading changes nothing, but it uses the handshake: while it lasts IN shows the reply and no position. Stop the axis
+/// first. No data check is run; if the encoder refuses a read, `encoring check` shows why.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 read; 1 an error is pending, or another master is at work; 2 bad
-usage; 3 no answer, or a value that cannot be read.
+Exit codes:
+  0  read
+  1  read, and an error is pending; or another master is at work
+  2  wrong usage
+  3  no answer, or a value could not be read
 
 Examples:
   encoring read all --bus sim --at 2
-  encoring read measuring-length --bus modbus-tcp://192.168.1.10 --at 0 --model ce-100-m
+  encoring read measuring-length --bus modbus-tcp://192.168.1.10 --at 1 --model ce-100-m
   encoring read 0D --bus sim --at 2 --format json")]
 pub(crate) struct Arguments {
-    /// A parameter by name or number of its service, or all
+    /// A parameter by its name or by the number of its service, or all
     #[arg(value_name = "PARAMETER|all", default_value = "all", value_parser = parameters)]
     parameter: Parameters,
     #[command(flatten)]

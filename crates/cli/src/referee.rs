@@ -13,19 +13,23 @@ use encoring_words::Model;
 use crate::arguments::{Output, TableArguments};
 use crate::output::{Answer, Failure, Format, note};
 
-/// Say which rules of the handshake a PLC program broke
+/// Judge a PLC program: which rules of the handshake did it break
 ///
-/// Reads files of every write and every ring cycle, our recordings (`sim --record`), tables with a column `line`, and
-/// logs of PLCs and gateways. What can be judged depends on where the trace was taken; what could
-/// not be judged is listed. Whether the program used a position while bit 31 was up is not on the bus.
+/// It reads files of every write and every ring cycle, recordings (`sim --record`), tables with a column `line`, and logs of
+/// PLCs and gateways. What can be judged depends on where the trace was taken; the output lists what could not be judged.
+/// No trace shows whether the program used a position while bit 31 was 1.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Seen from: w every write and every ring cycle; c the master's image at every ring
-cycle; x the exchanges at the encoder; p a log. A finding is broken if it is
-certain from there, suspected if a right program could look the same.
+The trace is seen from: w every write and every ring cycle, c the master's image at
+every ring cycle, x the exchanges at the encoder, p a log. A finding is \"broken\" if it
+is certain from there, and \"suspected\" if a right program could look the same.
+docs/referee.md has every rule.
 
-Exit codes: 1 a rule of severity error was broken; 3 no service was seen; 2 the
-trace or the options are wrong; else 0. docs/referee.md has every rule.
+Exit codes:
+  0  no rule of severity error is certainly broken
+  1  a rule of severity error is broken
+  2  the trace or the options are wrong
+  3  no service was seen
 
 Examples:
   encoring referee bus.csv
@@ -36,19 +40,19 @@ pub(crate) struct Arguments {
     #[arg(value_name = "TRACE.csv")]
     trace: String,
 
-    /// The encoder, where the trace does not name it; without it only what holds for every model is certain
+    /// Model of the encoder, if the trace does not name it; without it only rules of every model are certain
     #[arg(long, value_name = "MODEL")]
     model: Option<Model>,
 
-    /// Where a table of another program was taken [default: p, with a column `line` c]
+    /// Where a table of another program was taken [default: c with a column `line`, else p]
     #[arg(long, value_name = "VANTAGE")]
     seen_from: Option<SeenFrom>,
 
     #[command(flatten)]
-    table: TableArguments,
+    output: Output,
 
     #[command(flatten)]
-    output: Output,
+    table: TableArguments,
 }
 
 /// Where a table was taken.

@@ -13,22 +13,27 @@ use crate::arguments::{Consent, Output, position};
 use crate::dialog::Dialog;
 use crate::output::{Answer, Failure, bad_input};
 
-/// Take back a service bit that was left on an encoder's OUT word
+/// Clear a service bit that a killed command left in an OUT word
 ///
-/// A command that was killed, or whose gateway died, may leave bit 31 of OUT set. Then the encoder shows a reply or
-/// waits, and every other command refuses. This shows OUT and IN, watches both for two seconds, asks, reads OUT again
-/// and clears bit 31 only. If anything changes meanwhile a PLC is at work, and nothing is written.
+/// If a command is killed, or its gateway dies, bit 31 of OUT may stay 1. Then the encoder shows a reply and no position,
+/// and every other command refuses to work.
+///
+/// The command shows OUT and IN, watches both for 2 s and asks. Then it reads OUT again and clears bit 31 only. If a word
+/// changes while it looks, a PLC is at work, and it writes nothing.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 the bit is not set, any more or at all; 1 a master is at work, the
-answer was no, or the bit stays; 2 bad usage; 3 no answer.
+Exit codes:
+  0  the service bit is 0
+  1  another master is at work, not confirmed, or the service bit stays 1
+  2  wrong usage
+  3  no answer
 
 Examples:
   encoring release --bus modbus-tcp://192.168.1.10 --at 2")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     ring: BusArguments,
-    /// Ring position of the encoder, from 0
+    /// Ring position of the encoder, 0 to 127
     #[arg(long, value_name = "POSITION", value_parser = position)]
     at: usize,
     #[command(flatten)]

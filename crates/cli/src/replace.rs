@@ -27,57 +27,61 @@ use crate::told::Failed;
 use source::Source;
 use view::{ComparisonView, ReplaceView};
 
-/// Replace a broken encoder: find its values, program the new one, make its zero, compare
+/// Replace a broken encoder: find its values, program the new unit, make its zero, compare
 ///
-/// Guides step by step, and asks before each; answers come from the terminal or from a pipe. With --yes nothing is asked,
-/// and the options say how far to go: each call repeats what is done already without harm. Without --bus it only says
-/// what is known of the old unit.
+/// It leads step by step and asks before each step; the answers come from the terminal or from a pipe. With --yes it asks
+/// nothing, and the options say how far it goes. You can run it again: what is done already is not done twice. Without --bus
+/// it only shows what is known of the old unit.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 done and compared, as far as asked; 1 refused, not confirmed, another
-model, or the position is another than before; 2 bad input or usage; 3 no answer, or
-what must be known is not.
+Exit codes:
+  0  done, and compared as far as asked
+  1  refused, not confirmed, another model, or another position than before
+  2  wrong input or wrong usage
+  3  no answer, or a value that is needed is not known
 
 Examples:
   encoring replace --bus modbus-tcp://192.168.1.10 --at 2
-  encoring replace --from axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2 --yes --set-at 'stop left'
-  encoring replace --model ce-65-m --word 'W#16#C200 W#16#270F' --word C300000A --word C9000001
-  encoring replace --model ce-100-m --mm-per-turn 5 --known '0=0 mm' --known '5000=25 mm' --known '9000=45 mm'")]
+  encoring replace --from axis-3.toml --bus modbus-tcp://192.168.1.10 --at 2 --yes
+  encoring replace --model ce-65-m --yes \\
+    --word 'W#16#C200 W#16#270F' --word C300000A --word C9000001
+  encoring replace --model ce-100-m --mm-per-turn 5 --yes \\
+    --known '0=0 mm' --known '5000=25 mm' --known '9000=45 mm'")]
 pub(crate) struct Arguments {
-    /// A backup of the old unit
+    /// Backup of the old unit
     #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["words", "recording", "known"])]
     from: Option<PathBuf>,
-    /// A word of the PLC program for this encoder, in any spelling; may be repeated
+    /// Word of the PLC program for this encoder, written as for `decode` (repeatable)
     #[arg(long = "word", value_name = "WORD", allow_hyphen_values = true, conflicts_with_all = ["recording", "known"])]
     words: Vec<String>,
-    /// A recording, a log or a table of another program in which services of the old unit were answered
+    /// Recording, log or table in which the old unit answered services
     #[arg(long, value_name = "FILE.csv", conflicts_with = "known")]
     recording: Option<PathBuf>,
-    /// A position that the old unit showed at a known place; may be repeated
+    /// Position in steps that the old unit showed at a known place (repeatable)
     #[arg(long, value_name = "STEPS=NUMBER mm|deg", allow_hyphen_values = true)]
     known: Vec<KnownPosition>,
-    /// With --known in mm, of a shaft: how far the machine moves in one turn of the shaft
+    /// For --known in mm on a shaft: travel of the machine in one turn, in mm
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     mm_per_turn: Option<Ratio>,
-    /// With --known, of a rod: its length on the type label
+    /// For --known on a rod: its length on the type label, in mm
     #[arg(long, value_name = "MM", value_parser = number, conflicts_with = "mm_per_turn")]
     length_mm: Option<Ratio>,
-    /// With --known: how far off the places may be [default: half of the last digit of each]
+    /// Uncertainty of the places of --known [default: half of the last digit of each]
     #[arg(long, value_name = "NUMBER mm|deg")]
     within: Option<Reference>,
-    /// With --known: the turns after which the position begins again at 0, if somebody knows it
+    /// For --known: turns after which the position starts again at 0, 1 to 65535, if they are known
     #[arg(long, value_name = "TURNS", value_parser = clap::value_parser!(u32).range(1..=65_535))]
     turns: Option<u32>,
-    /// With --known: the position does not begin again at 0 between these places
+    /// For --known: the position does not start again at 0 between the places
     #[arg(long)]
     no_wrap: bool,
-    /// Keep what was found of the old unit in this file
+    /// Save what was found of the old unit to this file
     #[arg(long, value_name = "FILE.toml")]
     save: Option<PathBuf>,
-    /// The machine stands at this mark, or shall show this position: make the zero here
+    /// Make the zero here: the machine stands at this mark, or must show this position
     #[arg(long, value_name = "MARK|STEPS")]
     set_at: Option<String>,
-    /// The machine stands at this mark: compare
+    /// Compare here: the machine stands at this mark
     #[arg(long, value_name = "MARK", conflicts_with = "set_at")]
     compare_at: Option<String>,
     #[command(flatten)]

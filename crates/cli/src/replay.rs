@@ -21,26 +21,29 @@ use crate::output::{self, Answer, Failure, Format, bad_input};
 /// Play a trace into an encoder and compare every IN word
 #[derive(Args, Debug)]
 #[command(after_help = "\
-The first ten differences are shown; the last line is always like
-`4000 rows, 0 differences`. Exit code 0: no difference; 1: a difference; 2: the
-trace or the options are wrong; 3: nothing compared, since no row has an IN word.
-With --print standard output holds the trace and
-nothing else; differences and the last line then go to standard error.
+A trace starts from a new encoder with factory values and with 4096 steps per turn,
+unless --native is given. A recording begins with `# encoring-trace 1` and names its
+encoders: --at chooses one, and its model, memory and settings come from the file. The
+FILE.partial of a killed run replays up to its last complete row.
 
-A trace starts from a new encoder with factory values, and 4096 steps per turn
-if --native says nothing. A recording (its first
-line is `# encoring-trace 1`) names its encoders: --at chooses one, and its
-memory, model and all other settings come from the file. What a killed run
-left, FILE.partial, replays up to its last whole row.
+The command also reads tables of other programs: PLC traces, spreadsheets, exports. The
+header names the columns, or --columns does (docs/tables.md). A note says what was
+assumed.
 
-Tables of other programs are read too: PLC traces, spreadsheets, exports. The
-header names the columns, or --columns does; see docs/tables.md. What was
-assumed is told in one line.
+The output has the first ten differences. Its last line is always like
+`4000 rows, 0 differences`. With --print the trace goes to standard output, and the
+differences and the last line go to standard error.
+
+Exit codes:
+  0  no difference
+  1  a difference
+  2  the trace or the options are wrong
+  3  nothing was compared: no row has an IN word
 
 Examples:
   encoring replay --model ce-65-m --native 8192 trace.csv
   encoring replay --model la-66 --rod-mm 500 --print commands.csv > answers.csv
-  encoring replay --at 3 recording.csv
+  encoring replay --at 2 recording.csv
   encoring replay --model ce-65-m --columns \"time_ms=Zeit,out=QD 256,in=ID 256\" plc.csv")]
 pub(crate) struct Arguments {
     /// The trace or recording, or `-` for standard input
@@ -50,37 +53,37 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     label: TypeLabel,
 
-    /// Rod length of an LA-66 in millimetres [default: 500]
+    /// Rod length of an LA-66 on its type label, in mm with up to two decimals [default: 500]
     #[arg(long, value_name = "N", value_parser = arguments::millimetres)]
     rod_mm: Option<u32>,
 
-    /// How long services take [default: zero, as traces are recorded]
+    /// Time that the services take [default: zero]
     #[arg(long, value_name = "TIMES")]
     service_times: Option<Times>,
 
-    /// What is made of a service bit that is 1 in the first exchange after power-up, ignored or executed
-    /// [default: ignored]
+    /// What the encoder does with a service bit that is 1 in the first exchange after power-up: ignored or executed [default:
+    /// ignored]
     #[arg(long, value_name = "WHAT")]
     stale_service: Option<StaleService>,
 
-    /// Print the trace with `in` filled with what the encoder gave, in canonical column order
+    /// Print the trace with the IN words of the simulated encoder, columns in the order of docs/tables.md
     #[arg(long)]
     print: bool,
 
-    /// The ring position to play, from 0
+    /// Ring position in the recording, 0 to 127
     #[arg(long, value_name = "POSITION", value_parser = clap::value_parser!(u8).range(0..=127))]
     at: Option<u8>,
 
     #[command(flatten)]
-    table: TableArguments,
+    output: Output,
 
     #[command(flatten)]
-    output: Output,
+    table: TableArguments,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Times {
-    /// Every reply in the exchange of its request
+    /// No time: each reply is in the exchange of its request
     Zero,
     /// Read 0, write 10 ms, data check 20 ms, preset adjustment 10 ms
     Default,

@@ -22,18 +22,21 @@ use crate::presetting::{Presetting, zero_place};
 use crate::programming::How;
 use view::{ComparedView, RestoreView, RingView};
 
-/// Program an encoder as a backup says, and make its zero at a mark
+/// Program an encoder from a backup, and make its zero at a mark
 ///
-/// Shows what differs, asks, writes, checks, reads back and compares. The zero is not in a backup, as no service reads
-/// it: then it asks for a mark and makes the zero there. Answers come from the terminal or from a pipe; with --yes nothing
-/// is asked, and the presets that make the zero are printed. With --dry-run it only compares: is the encoder, or without
-/// --at each encoder of the file, still as it was backed up?
+/// It shows the differences, asks, writes, checks, reads back and compares. A backup has no zero, since no service reads
+/// it. So the command asks for a mark and makes the zero there. The answers come from the terminal or from a pipe. With
+/// --yes it asks nothing and prints the presets that make the zero.
+///
+/// With --dry-run it only compares the encoder with the file, or without --at each encoder of the file.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 done and verified, with --dry-run no difference; 1 refused, not
-confirmed, another model, another master is at work, or a difference with --dry-run;
-2 bad input or usage; 3 no answer, or a value is not in the file because it could not
-be read.
+Exit codes:
+  0  done and verified; with --dry-run no difference
+  1  refused, not confirmed, another model, or another master is at work; with
+     --dry-run a difference
+  2  wrong input or wrong usage
+  3  no answer, or the file lacks a value that could not be read when it was made
 
 Examples:
   encoring restore axis-3.toml --bus modbus-tcp://192.168.1.10 --dry-run
@@ -41,10 +44,10 @@ Examples:
   encoring restore ring.toml --bus modbus-tcp://192.168.1.10 --dry-run
   encoring restore axis-3.toml --bus sim --state memories --at 1 --as ce-100-m --yes")]
 pub(crate) struct Arguments {
-    /// A backup, or any file of parameters; what it does not hold stays
+    /// A backup, or another file of parameters; a parameter that is not in it stays as it is
     #[arg(value_name = "FILE.toml")]
     file: PathBuf,
-    /// The encoder is of another model than the file: carry over what makes sense, and list the rest
+    /// Restore to an encoder of this model: carry over what it can hold, and list the rest
     #[arg(long = "as", value_name = "MODEL", value_parser = arguments::model())]
     as_model: Option<Model>,
     #[command(flatten)]

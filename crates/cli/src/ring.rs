@@ -16,7 +16,7 @@ use crate::output::{Answer, Failure, bad_input};
 /// The longest software time that is taken, in microseconds.
 const SOFTWARE_US_MAX: u32 = 1_000_000;
 
-/// How long a cycle of a ring takes, and how long a motion until the master sees it
+/// Compute times of a ring before it is built
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:
@@ -32,32 +32,37 @@ enum Question {
     CycleTime(CycleTimeArguments),
 }
 
-/// The cycle time, term by term: (13 * (6 + n) + 1.5 * m) bits, the master's software time, the cable
+/// Compute the cycle time term by term, and the worst reaction time
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 computed; 2 bad usage.
+The cycle takes (13 * (6 + bytes) + 1.5 * devices) bits, the software time of the master
+and the delay of the cable.
+
+Exit codes:
+  0  computed
+  2  wrong usage
 
 Examples:
   encoring ring cycle-time --encoders 10
   encoring ring cycle-time --encoders 10 --cable-m 1000 --kbit 2000
   encoring ring cycle-time --bytes 48 --devices 14 --software-us 700")]
 struct CycleTimeArguments {
-    /// Encoders on the ring, and nothing else: 4 bytes and one device each
+    /// Number of encoders on a ring of encoders only, 1 to 128
     #[arg(long, value_name = "N", conflicts_with_all = ["bytes", "devices"])]
     encoders: Option<u32>,
-    /// Bytes of user data of all devices together
+    /// User data of all devices in bytes, 0 to 512; needs --devices
     #[arg(long, value_name = "N")]
     bytes: Option<u32>,
-    /// Remote bus devices
+    /// Number of remote bus devices, 1 to 254; needs --bytes
     #[arg(long, value_name = "M")]
     devices: Option<u32>,
-    /// Line bits a millisecond
+    /// Bit rate of the line in kbit/s
     #[arg(long, value_name = "500|2000", default_value = "500", value_parser = ["500", "2000"])]
     kbit: String,
-    /// Length of the remote bus cable in metres
+    /// Length of the remote bus cable in metres, 0 to 12800
     #[arg(long, value_name = "M", default_value_t = 0)]
     cable_m: u32,
-    /// The master's own time in each cycle; its manual tells
+    /// Software time of the master in each cycle in us, 0 to 1000000; see the manual of the master
     #[arg(long, value_name = "US", default_value_t = 200)]
     software_us: u32,
     #[command(flatten)]

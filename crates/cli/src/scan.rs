@@ -19,17 +19,19 @@ use view::ScanView;
 
 /// List the devices of a ring: identification, length, words, lamps, and where the ring ends
 ///
-/// A simulated ring is opened device by device with ID cycles, after what happens in its first cycle. An Inline coupler
-/// is asked for its directory. A plain Modbus gateway cannot tell.
-/// Nothing is written to any encoder.
+/// On a simulated ring it opens device by device with ID cycles, after what happens in the first cycle. An Inline coupler
+/// is asked for its directory. A plain Modbus gateway has none. The command writes nothing to an encoder.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 all was found as it is configured; 1 the ring ends early, or another
-device is there; 2 bad usage; 3 no answer, or the gateway does not tell.
+Exit codes:
+  0  the ring is as it is configured
+  1  the ring ends early, or a device is another one
+  2  wrong usage
+  3  no answer, or the gateway has no directory
 
 Examples:
   encoring scan --bus sim
-  encoring scan --bus sim --fault jumper:1
+  encoring scan --bus sim --fault jumper:1      # the ring ends behind position 1
   encoring scan --bus 'modbus-tcp://192.168.1.10?layout=inline' --format json")]
 pub(crate) struct Arguments {
     #[command(flatten)]

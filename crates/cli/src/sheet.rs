@@ -17,28 +17,30 @@ use view::SheetView;
 
 /// Print the data sheet of an encoder
 ///
-/// Everything that its manual states: pins, lamps, services, error status, faults, limits. "not stated" stands where
-/// the manual says nothing.
+/// It has everything that the manual states: pins, lamps, services, error status, faults, limits. "not stated" means that
+/// the manual does not say it.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 printed; 2 bad usage.
+Exit codes:
+  0  printed
+  2  wrong usage
 
 Examples:
   encoring sheet ce-65-m pins
   encoring sheet ce-100-m services
-  encoring sheet ce-65-m faults                     causes of step changes
-  encoring sheet all levels                         all three models
+  encoring sheet ce-65-m faults                   # causes of step changes
+  encoring sheet all levels                       # all three models
   encoring sheet all --format markdown > sheets.md")]
 pub(crate) struct Arguments {
-    /// The model, or `all`
+    /// The model, or all
     #[arg(value_name = "MODEL", value_parser = models)]
     models: Models,
 
-    /// Only this section
+    /// Print only this section
     #[arg(value_parser = section())]
     section: Option<Section>,
 
-    /// Text for people, JSON for programs (one object a model, docs/json.md), or Markdown
+    /// Print text for people, JSON for programs (one object for each model, docs/json.md), or Markdown
     #[arg(long, default_value = "text")]
     format: Format,
 }

@@ -42,54 +42,61 @@ const THREADS_FOR_PEERS: usize = 4;
 /// How often a stop by itself is looked for.
 const LOOK_EVERY: Real = Real::from_millis(20);
 
-const EXAMPLES: &str = "\
+const EXIT_CODES_AND_EXAMPLES: &str = "\
+Exit codes:
+  0  ended by Ctrl-C, SIGTERM, --for or a closed pipe; the memories are saved
+  2  refused before the start
+  3  output, recording or memories could not be written
+
 Examples:
-  encoring sim                                    the built-in ring on 127.0.0.1:5020
-  encoring sim --example > ring.toml              a scenario to start from
-  encoring sim ring.toml --state memories         encoders that remember
+  encoring sim                              # the built-in ring, Modbus TCP on 127.0.0.1:5020
+  mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    # all IN words of that ring
+  encoring sim --example > ring.toml        # a scenario to start from
+  encoring sim ring.toml --state memories   # encoders that keep their parameters
   encoring sim --for 10s --speed max --record ring.csv --modbus off
-  encoring sim --for 50ms --speed max --record ring.fst --lines --modbus off && gtkwave ring.fst
-  encoring sim --record-bus plc.csv               then: encoring referee plc.csv
-  encoring sim --control 127.0.0.1:5021           and: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
-  mbpoll -m tcp -p 5020 -a 1 -t 3:hex -r 1 -c 6 127.0.0.1    every IN word
-  encoring sim --fault silent:2@5s+1s             a broken cable, searched and found
-  encoring sim --ssi 2=500,25,10ms                a reader on the SSI; what it read: input registers 2000+4k
+  encoring sim --for 50ms --speed max --record ring.fst --lines --modbus off
+  encoring sim --record-bus bus.csv         # then: encoring referee bus.csv
+  encoring sim --control 127.0.0.1:5021     # then: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
+  encoring sim --fault silent:2@5s+1s       # segment 2 is broken from 5 s to 6 s
+  encoring sim --gateway-fault late=700#20  # the answer to request 20 comes 700 ms late
+  encoring sim --ssi 2=500,25,10ms          # a reader on the SSI of position 2
 
 ";
 
-/// Runs encoders on a simulated ring, reached over Modbus TCP.
+/// Run encoders on a simulated ring with a Modbus TCP server
 ///
-/// Without a scenario: an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving. Position k of the ring has its OUT
-/// word in holding registers 2k and 2k+1 and its IN word in input registers 2k and 2k+1, high word first. Holding
-/// registers 900, 901 and 902+k are the master's status, its parameter and the faulty cycles on segment k.
+/// Without SCENARIO the ring has an LA-66 of 500 mm, a CE-100-M and a CE-65-M, all moving.
 ///
-/// Ends on Ctrl-C, on SIGTERM, after --for and when nobody reads its output any more, with the memories saved. That a
-/// reader has left is noticed with the next line; without --counters there may be none for long. Exit codes: 0; 2 refused
-/// before the start; 3 output, recording or memories could not be written.
+/// The encoder at position k has OUT in the holding registers 2k and 2k+1, and IN in the input registers 2k and 2k+1. The
+/// high half has the lower register. The holding registers 900 and 901 have the master's diagnostic status register and
+/// diagnostic parameter register. Holding register 902+k has the number of faulty cycles on segment k.
+///
+/// The command runs until Ctrl-C, SIGTERM or --for, or until the reader of its output is gone. It notices that with the
+/// next line, and --counters prints one regularly.
 #[derive(Args)]
-#[command(after_help = format!("{EXAMPLES}{}", fault::help() + &fault::gateway_help()))]
+#[command(after_help = format!("{EXIT_CODES_AND_EXAMPLES}{}", fault::help() + &fault::gateway_help()))]
 pub(crate) struct Arguments {
-    /// What hangs on the ring and what happens to it.
+    /// Scenario file with devices, motions, events and faults (docs/scenario.md) [default: the built-in ring]
     scenario: Option<PathBuf>,
-    /// Address of the Modbus server: HOST:PORT, PORT on this machine, or off.
+    /// Address of the Modbus TCP server: HOST:PORT, PORT on this machine, or off
     #[arg(long, value_name = "ADDR", default_value = MODBUS_DEFAULT)]
     modbus: String,
-    /// Which register holds what: plain, or inline as an Inline bus coupler has it.
+    /// Register layout: plain, or inline as on an Inline bus coupler (docs/modbus.md)
     #[arg(long, value_name = "LAYOUT", default_value = "plain")]
     layout: RegisterMap,
-    /// Which word of an encoder has the lower register.
+    /// Which half of a word has the lower register: high-first or low-first
     #[arg(long, value_name = "ORDER", default_value = "high-first")]
     word_order: WordOrder,
-    /// Modbus connections at one time.
+    /// Most Modbus connections at one time, 1 to 1024
     #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1024))]
     modbus_connections: u16,
-    /// Seconds after which an idle Modbus connection is closed.
+    /// Idle time after which a Modbus connection is closed, 1 to 86400 s
     #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=86_400))]
     modbus_idle: u32,
-    /// Address of the control port: HOST:PORT, PORT on this machine, or off.
+    /// Address of the control port (docs/control.md): HOST:PORT, PORT on this machine, or off
     #[arg(long, value_name = "ADDR", default_value = "off")]
     control: String,
-    /// The page in the browser; only off so far.
+    /// Address of the page in the browser; there is no such page yet
     #[arg(long, value_name = "ADDR", default_value = "off", value_parser = ["off"])]
     web: String,
     #[command(flatten)]
@@ -103,34 +110,32 @@ pub(crate) struct Arguments {
     level: Option<Infallible>,
     #[command(flatten)]
     faults: Faults,
-    /// Hangs a reader on the SSI of the encoder at POSITION: a transfer of CLOCKS at KHZ, EVERY so often, as
-    /// 2=500,25,10ms; may be repeated.
+    /// Add an SSI reader to the encoder at POSITION: KHZ clock rate, CLOCKS a transfer, EVERY from transfer to transfer
+    /// (repeatable)
     #[arg(long = "ssi", value_name = "POSITION=KHZ,CLOCKS,EVERY")]
     readers: Vec<PlacedReader>,
-    /// How the Modbus server misbehaves, as gateways do; may be repeated. Kinds below
+    /// Make the Modbus server misbehave (repeatable; kinds below)
     #[arg(long = "gateway-fault", value_name = "FAULT")]
     gateway_faults: Vec<GatewayFault>,
-    /// Writes every exchange of every encoder to a trace that `replay` reads; to a file that ends in .vcd or .fst,
-    /// signals over time for GTKWave: words, lamps and what the master says, once a cycle.
+    /// Record every exchange to a .csv for `replay`, or the signals to a .vcd or .fst for GTKWave
     #[arg(long, value_name = "FILE.csv|.vcd|.fst")]
     record: Option<PathBuf>,
-    /// Writes the master's image at every cycle, and every write of a client, to a file that `referee` reads.
+    /// Record the master's image at every cycle, and every write of a client, to a .csv for `referee`
     #[arg(long, value_name = "FILE.csv")]
     record_bus: Option<PathBuf>,
-    /// Lets a recording take the place of a file that is there, once it is whole.
+    /// Replace the file of a recording if it exists, as soon as the recording is complete
     #[arg(long)]
     overwrite: bool,
-    /// Draws every line bit of every segment and what every chip does with it into the .vcd or .fst, too.
+    /// Add every line bit, and what each chip does with it, to the .vcd or .fst
     #[arg(long, requires = "record")]
     lines: bool,
-    /// Puts signals of several bits into a .vcd, too, for GTKWave; programs for logic analysers do not read them. A .fst
-    /// always has them.
+    /// Add signals of several bits to a .vcd for GTKWave; logic analysers do not read them. A .fst always has them
     #[arg(long, requires = "record")]
     words: bool,
-    /// Print counters every TIME of ring time, such as 10 or 1m.
+    /// Print counters every TIME of ring time, such as 10 or 1m
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
-    /// Prints the scenario of the built-in ring and ends.
+    /// Print the scenario of the built-in ring and end
     #[arg(long, conflicts_with = "scenario")]
     example: bool,
     #[command(flatten)]

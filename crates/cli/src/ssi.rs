@@ -13,7 +13,7 @@ use clap::{Args, Subcommand};
 
 use crate::output::{Answer, Failure};
 
-/// The SSI output of the CE-65-M: what it sends, and what a capture of it says
+/// Encode, capture and decode the SSI output of the CE-65-M
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Examples:

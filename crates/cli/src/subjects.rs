@@ -23,28 +23,30 @@ use crate::output::{Failure, bad_input};
 pub(crate) struct SubjectArguments {
     #[command(flatten)]
     pub(crate) ring: BusArguments,
-    /// Ring positions from 0, like 2 or 0,2 or 0-2; without it all of a simulated ring
+    /// Ring positions, such as 2 or 0,2 or 0-2 [default: all of a simulated ring]
     #[arg(long, value_name = "POSITIONS", value_parser = positions)]
     at: Option<Positions>,
-    /// The model of all these encoders, or of each; a simulated ring knows them
+    /// Models on the type labels: one for all, or one for each position; a simulated ring names them
     #[arg(long, value_name = "MODEL[,MODEL..]", value_parser = arguments::model(), value_delimiter = ',')]
     model: Vec<Model>,
-    /// Steps per turn on the rating plates, 4096 or 8192: of all, or of each
+    /// Steps per turn on the rating plates, 4096 or 8192: one for all, or one for each position
     #[arg(long, value_name = "STEPS[,STEPS..]", value_parser = arguments::native(), value_delimiter = ',')]
     native: Vec<u32>,
-    /// The active parameters of an encoder: one file for each in the order of --at, or POSITION=FILE.toml
+    /// File with the active parameters of an encoder: one for each position in the order of --at, or POSITION=FILE.toml
+    /// (repeatable)
     #[arg(long, value_name = "FILE.toml")]
     parameters: Vec<String>,
-    /// A word that may be older than this is stale
+    /// Age above which a word is judged stale
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = span)]
     stale_after: Duration,
-    /// What the shafts turn at most, if that is less than their data sheets allow: finds more jumps
+    /// Highest speed of the shafts in turns a minute, to find smaller jumps [default: that of the data sheets]
     #[arg(long, value_name = "N")]
     max_rpm: Option<NonZeroU32>,
-    /// How fast the magnets of rods move at most: without it no jump on a rod is noticed
+    /// Highest speed of the magnets in mm/s; without it no jump on a rod is found
     #[arg(long, value_name = "N")]
     max_mm_s: Option<NonZeroU32>,
-    /// Length of the rods on their type labels, for --max-mm-s: of all, or of each; a simulated ring knows them
+    /// Rod lengths on the type labels in mm, for --max-mm-s: one for all, or one for each position; a simulated ring knows
+    /// them
     #[arg(long, value_name = "MM[,MM..]", value_parser = arguments::millimetres, value_delimiter = ',')]
     rod_mm: Vec<u32>,
 }

@@ -33,34 +33,40 @@ const AGAIN_AFTER: Duration = Duration::from_secs(10);
 /// Nobody reads faster.
 const EVERY_MIN: Duration = Duration::from_millis(10);
 
-/// Watch what encoders show
+/// Watch the encoders of a ring live: words, position, verdict
 ///
-/// Only reads: never writes an OUT word, so a controller may go on working meanwhile. On a terminal a live view: q
-/// quits, the arrows scroll, l changes between blocks and a list, a acknowledges jumps. Else lines: one for each encoder
-/// at first, when something has changed, and every 10 s; SIGUSR1 acknowledges jumps.
+/// It only reads and never writes an OUT word, so the PLC can go on working.
 ///
-/// Parameters cannot be read without writing: behind a gateway --parameters names files with them. Without, neither
-/// range nor jumps can be judged, and it says so.
+/// On a terminal it shows a live view. Keys: q quits, the arrows scroll, l switches between blocks and a list, a
+/// acknowledges jumps. Elsewhere it prints lines: one for each encoder at first, one for each change, one every 10 s without
+/// a change. SIGUSR1 acknowledges jumps.
+///
+/// No parameter can be read without writing OUT. Behind a gateway name files with them (--parameters); without them neither
+/// range nor jumps can be judged, and the output says so.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 ended by the user or by --for; 1 with --exit-on-fault: a fault was seen; 2 bad usage; 3 no poll brought a
-word, or with --exit-on-fault: no fault was seen, but an encoder could not be judged at some time.
+Exit codes:
+  0  ended by the user or by --for
+  1  with --exit-on-fault: a fault was seen
+  2  wrong usage
+  3  no poll brought a word; with --exit-on-fault: no fault was seen,
+     but an encoder could not be judged at some time
 
 Examples:
   encoring watch --bus sim
-  encoring watch --bus modbus-tcp://192.168.1.10 --at 0-2 --model ce-65-m
-  encoring watch --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis.toml
+  encoring watch --bus modbus-tcp://192.168.1.10 --at 0-2 --model la-66,ce-100-m,ce-65-m
+  encoring watch --bus modbus-tcp://192.168.1.10 --at 2 --parameters axis-2.toml
   encoring watch --bus sim:ring.toml --for 10s --format json | jq .value")]
 pub(crate) struct Arguments {
     #[command(flatten)]
     subjects: SubjectArguments,
-    /// How often to show what has moved; a verdict that changes is shown at once
+    /// Shortest time between two lines of a moving position, at least 10ms; a new verdict is shown at once
     #[arg(long, value_name = "TIME", default_value = "200ms", value_parser = every)]
     every: Duration,
-    /// How often to look and judge; never more than one request is under way
+    /// Time from poll to poll, at least 10ms; a poll waits for the answer to the one before
     #[arg(long, value_name = "TIME", default_value = "10ms", value_parser = every)]
     poll: Duration,
-    /// End with the first fault: error bit, implausible position, stopped ring
+    /// End at the first fault: error bit, implausible position, stopped ring
     #[arg(long)]
     exit_on_fault: bool,
     #[command(flatten)]

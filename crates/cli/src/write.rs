@@ -11,14 +11,17 @@ use crate::programming::How;
 
 /// Write one parameter, or a part of one: write, check, read back, compare
 ///
-/// The same as `program` with one value. Of a part the rest of its parameter is read first and written back as it is.
+/// It does the same as `program`, for one value. For a part it reads the whole parameter first and keeps the rest of it.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Parts: direction rising|falling, position-code binary|gray, ssi-bits N, ssi-code
-binary|gray, ssi-repetition true|false.
+Parts of parameters: direction rising|falling, position-code binary|gray, ssi-bits N,
+ssi-code binary|gray, ssi-repetition true|false.
 
-Exit codes: 0 done and verified; 1 refused, not confirmed, or another master is at
-work; 2 bad input or usage; 3 no answer.
+Exit codes:
+  0  done and verified, or nothing to change
+  1  refused by the encoder, not confirmed, or another master is at work
+  2  wrong input or wrong usage
+  3  no answer, or the values are not known afterwards
 
 Examples:
   encoring write measuring-length 9999 --bus sim --at 0
@@ -26,10 +29,10 @@ Examples:
   encoring write ssi-values bits=25,code=gray --bus sim --at 2
   encoring write 0D 000119h --bus modbus-tcp://192.168.1.10 --at 2 --model ce-65-m")]
 pub(crate) struct Arguments {
-    /// A parameter by name, or the number of its service, or a part by name
+    /// A parameter by its name or by the number of its service, or a part by its name
     #[arg(value_parser = arguments::named)]
     parameter: Named,
-    /// Decimal, or hexadecimal as 270Fh, 0x270F or 16#270F; or the words of a part
+    /// The value: decimal, hexadecimal as 270Fh, 0x270F or 16#270F, or the words of a part
     #[arg(allow_negative_numbers = true)]
     value: String,
     #[command(flatten)]

@@ -455,25 +455,6 @@ fn options_that_do_not_go_together_are_bad_usage() {
     }
 }
 
-#[test]
-fn it_explains_itself_with_examples() {
-    for (arguments, example) in [
-        ("--help", "Examples:\n  encoring calc rotary"),
-        ("rotary --help", "Examples:\n  encoring calc rotary"),
-        ("linear --help", "Examples:\n  encoring calc linear"),
-        ("explain --help", "Examples:\n  encoring calc explain"),
-    ] {
-        let (code, out, err) = calc(arguments);
-        assert_eq!((code, err.as_str()), (Some(0), ""));
-        assert!(out.contains(example), "{out}");
-        let widest = out.lines().map(str::len).max();
-        assert!(widest <= Some(100), "{arguments}: {widest:?}");
-        for line in out.lines().filter_map(|line| line.trim().strip_prefix("encoring calc ")) {
-            assert_eq!(calc(line).0, Some(0), "{line}");
-        }
-    }
-}
-
 /// A new encoder that takes a sequence word by word; then its position at each of these shafts.
 fn positions_after<const SHAFTS: usize>(
     sequence: impl Iterator<Item = HandshakeWord>,

@@ -9,21 +9,18 @@ use std::time::Duration;
 /// Every kind with what it does.
 pub const FORMS: [(&str, &str); 13] = [
     ("silent", "no request is answered or carried out"),
-    ("late=MS", "every answer comes so much later"),
-    ("late=MS#N", "the answer to request N does, counted from 1 over all connections"),
+    ("late=MS", "every answer comes MS milliseconds late"),
+    ("late=MS#N", "only the answer to request N is late; N counts from 1 over all connections"),
     ("busy", "exception 06, and nothing is carried out"),
-    ("exception=NN", "this exception, in hexadecimal, and nothing is carried out"),
+    ("exception=NN", "exception NN (hexadecimal), and nothing is carried out"),
     ("drop", "requests are carried out and not answered"),
-    (
-        "dead",
-        "after the first write that sets a service bit no answer and no connection, until +TIME is over",
-    ),
-    ("close", "the connection is closed behind each answer"),
+    ("dead", "from the first write of a service bit on: no answer, no connection"),
+    ("close", "the connection is closed after each answer"),
     ("split", "each answer comes in two segments"),
     ("garbled", "one byte of each answer is changed"),
-    ("swapped", "the halves of every 32-bit word are exchanged, of those read and of those written"),
+    ("swapped", "the halves of every 32-bit word are exchanged, read or written"),
     ("unit=N", "answers come from unit N"),
-    ("transaction", "answers have a transaction number of one more"),
+    ("transaction", "answers have a transaction number that is 1 too high"),
 ];
 /// The same; it is apart because it is refused and not spoilt.
 pub const MAX_FORM: (&str, &str) = ("max=N", "exception 03 to a read of more than N registers");

@@ -9,7 +9,7 @@ use crate::output::{Failure, bad_input};
 /// Where the ring is.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct Address {
-    /// Where the ring is: sim, sim:SCENARIO.toml, modbus-tcp://HOST... or modbus-rtu:DEVICE... (docs/bus.md)
+    /// Address of the ring: sim, sim:SCENARIO.toml, modbus-tcp://HOST or modbus-rtu:DEVICE (docs/bus.md)
     #[arg(long, value_name = "ADDRESS", global = true, required = false)]
     bus: Option<String>,
 }
@@ -21,7 +21,7 @@ pub(crate) struct BusArguments {
     pub(crate) place: Address,
     #[command(flatten)]
     pub(crate) memories: State,
-    /// Refuse everything that changes something in an encoder.
+    /// Refuse everything that changes an encoder
     #[arg(long, global = true)]
     pub(crate) read_only: bool,
 }
@@ -31,12 +31,13 @@ pub(crate) struct BusArguments {
 pub(crate) struct Encoder {
     #[command(flatten)]
     pub(crate) ring: BusArguments,
-    /// Ring position of the encoder, from 0.
+    /// Ring position of the encoder, 0 to 127
     #[arg(long, value_name = "POSITION", global = true, required = false, value_parser = position)]
     pub(crate) at: Option<usize>,
     #[command(flatten)]
     pub(crate) label: TypeLabel,
-    /// How long to wait for each step of a handshake [default: 2s, or four time-outs of the address if that is longer]
+    /// Longest wait for each step of a handshake, at least 3 time-outs of the address [default: 2s, or 4 time-outs if that is
+    /// longer]
     #[arg(long, value_name = "TIME", value_parser = span, global = true)]
     pub(crate) patience: Option<Duration>,
 }

@@ -9,7 +9,7 @@ use crate::output::{Failure, bad_input};
 /// Faults beside those of the scenario.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct Faults {
-    /// Add a fault to a simulated ring (repeatable; `encoring sim --help` has the kinds)
+    /// Add a fault to a simulated ring (repeatable; `encoring sim --help` lists the kinds)
     #[arg(long = "fault", value_name = "FAULT")]
     pub(crate) faults: Vec<Occurrence>,
 }
@@ -23,7 +23,8 @@ pub(crate) fn help() -> String {
         lines.collect()
     };
     format!(
-        "Faults: KIND[=VALUE][:PLACE][@TIME][+TIME], from TIME after the start (0) for TIME (for good).\n  \
+        "Faults: KIND[=VALUE][:PLACE][@TIME][+TIME]. @TIME is when it starts [default: 0], +TIME how\n\
+         long it lasts [default: to the end].\n  \
          on segment PLACE (0 leads to the first encoder, the last one back to the master):{}\n  \
          at the encoder at position PLACE:{}\n  \
          on the SSI of the encoder at position PLACE:{}",
@@ -40,9 +41,7 @@ pub(crate) fn gateway_help() -> String {
         .chain([&MAX_FORM])
         .map(|(form, meaning)| format!("\n    {form:<13} {meaning}"))
         .collect();
-    format!(
-        "\n\nGateway faults: KIND[=VALUE][@TIME][+TIME], from TIME after the start (0) for TIME (for good):{kinds}"
-    )
+    format!("\n\nGateway faults: KIND[=VALUE][@TIME][+TIME], with the times of the faults above:{kinds}")
 }
 
 /// Adds faults to a scenario, in their order of time and behind what it has at the same time.

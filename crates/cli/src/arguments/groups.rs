@@ -14,7 +14,7 @@ use crate::output::{Failure, Format, bad_input, print, print_json};
 /// How to print.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct Output {
-    /// Text for people, or JSON for programs: one object, or one a line (docs/json.md)
+    /// Print text for people, or JSON for programs (docs/json.md)
     #[arg(long, default_value = "text", global = true)]
     pub(crate) format: Format,
 }
@@ -34,7 +34,7 @@ impl Output {
 /// Consent that is given before it is asked for.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct Consent {
-    /// Do not ask
+    /// Do not ask for confirmation
     #[arg(long, global = true)]
     pub(crate) yes: bool,
 }
@@ -42,7 +42,7 @@ pub(crate) struct Consent {
 /// What the type label of an encoder says.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct TypeLabel {
-    /// The encoder's model; a simulated ring and a recording know it
+    /// Model on the encoder's type label; a simulated ring and a recording name it
     #[arg(long, value_parser = model(), global = true)]
     pub(crate) model: Option<Model>,
     /// Steps per turn on the rating plate of a rotary encoder
@@ -59,7 +59,7 @@ pub(crate) fn built_with(model: Model, steps_per_turn: u32) -> Result<Sensor, Fa
 /// Where simulated encoders remember.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct State {
-    /// Folder of the simulated encoders' memories, made if it is not there; without it they are new every time
+    /// Folder for the simulated encoders' memories, made if it is missing [default: new encoders each time]
     #[arg(long, value_name = "DIR", global = true)]
     pub(crate) state: Option<PathBuf>,
 }
@@ -67,7 +67,7 @@ pub(crate) struct State {
 /// When to end.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct Lasting {
-    /// End after this time, on a simulated ring that of the ring: 90, 90s, 1h 30m
+    /// End after this time, such as 90s or 1h30m; a plain number is seconds. On a simulated ring it is ring time
     #[arg(long = "for", value_name = "TIME", value_parser = span)]
     pub(crate) lasting: Option<Duration>,
 }
@@ -75,7 +75,7 @@ pub(crate) struct Lasting {
 /// How a simulated ring passes its time.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct Pace {
-    /// How fast time passes on a simulated ring: a factor from 0.001 to 1000, or max [default: 1]
+    /// Speed of time on a simulated ring: a factor from 0.001 to 1000, or max [default: 1]
     #[arg(long, value_name = "FACTOR|max")]
     pub(crate) speed: Option<Speed>,
 }

@@ -19,56 +19,76 @@ use crate::output::{Failure, bad_input};
 /// What is to be programmed, as a range.
 #[derive(Subcommand, Debug)]
 pub(crate) enum Range {
-    /// For a shaft: the measuring length, numerator and denominator of this range, as `calc rotary` finds them
+    /// Program the range of a shaft, as `calc rotary` computes it
+    #[command(after_help = "\
+Exit codes: as of `encoring program`.
+
+Examples:
+  encoring program --bus sim --at 2 rotary --steps-per-turn 1000 --turns 3.5
+  encoring program --bus sim --at 1 --dry-run rotary --mm-per-turn 3330 --travel-mm 50000")]
     Rotary(Box<RotaryRange>),
-    /// For a rod: the measuring length of this resolution, as `calc linear` finds it
+    /// Program the resolution of a rod, as `calc linear` computes it
+    #[command(after_help = "\
+Exit codes: as of `encoring program`.
+
+Examples:
+  encoring program --bus sim --at 0 linear --length-mm 500 --resolution-mm 0.1")]
     Linear(LinearArguments),
 }
 
 /// A range of a shaft
 #[derive(Args, Debug)]
+#[command(next_help_heading = "Range")]
 pub(crate) struct RotaryRange {
-    /// Steps that one turn of the shaft shall count
+    /// Steps in one turn of the shaft, a decimal or a fraction
     #[arg(long, value_name = "STEPS", value_parser = number, allow_hyphen_values = true,
           required_unless_present = "mm_per_turn", conflicts_with = "resolution_mm")]
     pub(crate) steps_per_turn: Option<Ratio>,
 
-    /// Instead of the steps: how far the machine moves in one turn of the shaft
+    /// In place of the steps: travel of the machine in one turn of the shaft, in mm
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     pub(crate) mm_per_turn: Option<Ratio>,
 
-    /// With --mm-per-turn: what one step shall be
+    /// Travel in one step, in mm; needs --mm-per-turn
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
           requires = "mm_per_turn")]
     pub(crate) resolution_mm: Option<Ratio>,
 
-    /// Turns until the position begins again at 0: a decimal or a fraction
+    /// Turns after which the position starts again at 0, such as 3.5, 7/2 or 50/3.33
     #[arg(long, value_name = "TURNS", value_parser = turns, allow_hyphen_values = true,
           required_unless_present = "travel_mm")]
     pub(crate) turns: Option<Turns>,
 
-    /// Instead of the turns, with --mm-per-turn: how far a linear axis travels
+    /// In place of the turns: travel of a linear axis from end to end, in mm; needs --mm-per-turn
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
           requires = "mm_per_turn", conflicts_with = "turns")]
     pub(crate) travel_mm: Option<Ratio>,
 
-    /// How much further than the travel the range must reach [default: a twentieth of the travel]
+    /// Range beyond the travel, in mm [default: 1/20 of the travel]
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true,
           requires = "travel_mm")]
     pub(crate) reserve_mm: Option<Ratio>,
 }
 
-/// For a rod: service 02 of an LA-66
+/// Compute the value of a rod: service 02 of an LA-66
 #[derive(Args, Debug)]
-#[command(after_help = "\
+#[command(
+    next_help_heading = "Range",
+    after_help = "\
+Exit codes:
+  0  the words can be used as they are
+  2  wrong input
+
 Examples:
-  encoring calc linear --length-mm 500 --resolution-mm 0.01")]
+  encoring calc linear --length-mm 500 --resolution-mm 0.01
+  encoring calc linear --length-mm 1500 --resolution-mm 0.1"
+)]
 pub(crate) struct LinearArguments {
-    /// Length of the rod on the type label
+    /// Length of the rod on the type label, in mm
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     pub(crate) length_mm: Ratio,
 
-    /// What one step shall be
+    /// Travel in one step, in mm
     #[arg(long, value_name = "MM", value_parser = number, allow_hyphen_values = true)]
     pub(crate) resolution_mm: Ratio,
 }

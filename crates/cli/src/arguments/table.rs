@@ -14,17 +14,17 @@ use crate::output::{Failure, bad_input, note};
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Tables of other programs")]
 pub(crate) struct TableArguments {
-    /// Which column is which, by names or without a header by numbers from 1: "time_s=Time [s],in=DB10.ENC"
+    /// Which column is which, by name, or by number from 1 without a header: "time_s=Time [s],in=DB10.ENC"
     ///
     /// Columns: time (dates, or with a unit in its header), time_s, time_ms, time_us, time_ns, in, in_high, in_low, out,
-    /// out_high, out_low, position, value, raw, supply_v, magnet, preset1_v, preset2_v, line, status, parameter. A name
-    /// with `,` or `=` stands in double quotes.
+    /// out_high, out_low, position, value, raw, supply_v, magnet, preset1_v, preset2_v, line, status, parameter. Put a name
+    /// that contains `,` or `=` into double quotes.
     #[arg(long, value_name = "COLUMNS")]
     columns: Option<Columns>,
-    /// Time from row to row, where the table has none [default: 1ms]
+    /// Time from row to row, such as 10ms, if the table has no times [default: 1ms]
     #[arg(long, value_name = "TIME", value_parser = span)]
     period: Option<Duration>,
-    /// Words without sign and base mark are decimal
+    /// Read words without sign and base mark as decimal
     #[arg(long)]
     decimal: bool,
 }

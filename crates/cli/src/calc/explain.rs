@@ -21,51 +21,55 @@ use crate::calculation::{Asked, Note};
 use crate::output::ratio::show;
 use crate::output::{Failure, bad_input};
 
-/// What programmed values mean: steps per turn, range, wrap, zero, words, and places
+/// Explain programmed values: steps per turn, range, zero, words, and the place of a position
 ///
-/// The other way round of `calc rotary` and `calc linear`: for values that were read from an encoder or stand in a PLC
-/// program.
+/// Use it for values that were read from an encoder or stand in a PLC program. It undoes `calc rotary` and `calc linear`.
 #[derive(Args, Debug)]
 #[command(after_help = "\
+Exit codes:
+  0  the encoder takes these values
+  1  the encoder would refuse them (2^14)
+  2  wrong input
+
 Examples:
   encoring calc explain --length 9999 --numerator 10 --denominator 1
   encoring calc explain --length 9999 --numerator 10 --mm-per-turn 5 --mm 12.5
   encoring calc explain --length 270Fh --numerator 0Ah --direction falling --position 2500
   encoring calc explain --length 50000 --rod-mm 500 --mm 125")]
 pub(super) struct Arguments {
-    /// S, the measuring length in steps, service 02
+    /// S, the measuring length in steps (service 02): the largest position
     #[arg(long, value_name = "S", value_parser = value)]
     length: u32,
 
-    /// N, the revolutions numerator, service 03
+    /// N, the revolutions numerator (service 03)
     #[arg(long, value_name = "N", value_parser = value, required_unless_present = "rod_mm")]
     numerator: Option<u32>,
 
-    /// D, the revolutions denominator, service 09
+    /// D, the revolutions denominator (service 09)
     #[arg(long, value_name = "D", value_parser = value, default_value = "1")]
     denominator: u32,
 
-    /// For a rod, in place of the numerator: its length on the type label
+    /// Of a rod, in place of the numerator: its length on the type label, in mm
     #[arg(long, value_name = "MM", value_parser = range::number, conflicts_with_all = ["numerator", "mm_per_turn"])]
     rod_mm: Option<Ratio>,
 
-    /// The counting direction, service 01
+    /// The counting direction (service 01)
     #[arg(long, value_name = "rising|falling", default_value = "rising", value_parser = direction())]
     direction: Direction,
 
-    /// How far the machine moves in one turn of the shaft
+    /// Travel of the machine in one turn of the shaft, in mm
     #[arg(long, value_name = "MM", value_parser = range::number)]
     mm_per_turn: Option<Ratio>,
 
-    /// Where this position is
+    /// Show where this position is, in turns, degrees and mm
     #[arg(long, value_name = "P", value_parser = value, conflicts_with_all = ["mm", "degrees"])]
     position: Option<u32>,
 
-    /// The position so far from position 0, and the preset adjustment to it
+    /// Show the position at this distance from position 0, in mm, and the preset adjustment to it
     #[arg(long, value_name = "MM", value_parser = place, allow_hyphen_values = true, conflicts_with = "degrees")]
     mm: Option<Ratio>,
 
-    /// The position so many degrees from position 0, and the preset adjustment to it; more than 360 are several turns
+    /// The same for an angle from position 0, in degrees; more than 360 are several turns
     #[arg(long, value_name = "DEG", value_parser = place, allow_hyphen_values = true, conflicts_with = "rod_mm")]
     degrees: Option<Ratio>,
 

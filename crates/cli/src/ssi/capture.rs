@@ -32,12 +32,15 @@ const SAMPLERATE_DEFAULT: u64 = 20_000_000;
 
 /// Make a capture of a simulated CE-65-M
 ///
-/// The reader is that of --ssi, else that of the scenario, else one of 500 kHz with one clock more than the field has bits,
-/// every 1 ms. With --bits, --code or --repetition the encoder is programmed first.
+/// With --bits, --code or --repetition it programs the encoder first. Without --ssi the reader is that of the scenario. If
+/// there is none, it is one of 500 kHz, every 1 ms, with one clock more than the field has bits.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 written; 1 the encoder did not take the format; 2 bad usage; 3 the
-file could not be written.
+Exit codes:
+  0  written
+  1  the encoder did not take the format
+  2  wrong usage
+  3  the file could not be written
 
 Examples:
   encoring ssi capture --out capture.sr
@@ -45,37 +48,37 @@ Examples:
   encoring ssi capture --out late.csv --ssi 2=1000,25,1ms --skew 650
   encoring ssi capture --out short.sr --clocks 23 --samplerate 10MHz --jitter 40 --noise 1000")]
 pub(crate) struct Arguments {
-    /// What hangs on the ring [default: the built-in ring]
+    /// Scenario file [default: the built-in ring]
     scenario: Option<PathBuf>,
-    /// The file: .vcd, .sr (sigrok) or .csv (as Saleae's Logic exports)
+    /// The file to write: .vcd, .sr (sigrok) or .csv (as from the Logic software of Saleae)
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
-    /// The reader, as for `encoring sim`
+    /// The reader, written as for `encoring sim`, such as 2=500,25,10ms
     #[arg(long, value_name = "POSITION=KHZ,CLOCKS,EVERY")]
     ssi: Option<PlacedReader>,
-    /// Clocks of each transfer, right or wrong
+    /// Number of clocks of each transfer, right or wrong [default: those of the reader]
     #[arg(long, value_name = "K")]
     clocks: Option<u32>,
     #[command(flatten)]
     format: FormatArguments,
-    /// How long the capture is, in the time of the ring
+    /// Length of the capture in ring time
     #[arg(long = "for", value_name = "TIME", default_value = "100ms", value_parser = span)]
     lasting: Duration,
-    /// Samples a second, as 10MHz; without it every change has its exact time [.sr: 20MHz]
+    /// Sample rate, such as 10MHz [default: 20MHz for .sr, else the exact time of every change]
     #[arg(long, value_name = "RATE", value_parser = rate)]
     samplerate: Option<u64>,
-    /// Each edge is seen late by up to so many nanoseconds, by chance
+    /// Random delay of each edge, up to this number of ns, 0 to 100000
     #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
     jitter: u32,
-    /// The data come so many nanoseconds late
+    /// Delay of the data in ns, 1 to 1000000
     #[arg(long, value_name = "NS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     skew: Option<u32>,
-    /// Of a million changes so many are followed by a spike of 100 ns on clock or data
+    /// Number of changes in a million that a spike of 100 ns follows, 0 to 1000000
     #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     noise: u32,
     #[command(flatten)]
     faults: Faults,
-    /// Replace the file if it is there
+    /// Replace the file if it exists
     #[arg(long)]
     overwrite: bool,
 }

@@ -22,16 +22,16 @@ const LOOKED_AT: u64 = 1_000_000;
 /// Which capture, and what in it.
 #[derive(Args, Debug, Clone)]
 pub(crate) struct CaptureArguments {
-    /// The capture: VCD, sigrok's .sr, or CSV from Saleae's Logic, PulseView or sigrok-cli
+    /// The capture: VCD, .sr of sigrok, or CSV of Saleae's Logic, PulseView or sigrok-cli
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// The channel of Clock+; without it the clock is found by what the lines do
+    /// Name of the channel of Clock+ [default: found by what the lines do]
     #[arg(long, value_name = "NAME", requires = "data")]
     clock: Option<String>,
-    /// The channel of Data+
+    /// Name of the channel of Data+ [default: found by what the lines do]
     #[arg(long, value_name = "NAME", requires = "clock")]
     data: Option<String>,
-    /// Samples a second of a CSV file that does not tell them, as 1MHz
+    /// Sample rate of a CSV file that does not contain it, such as 1MHz
     #[arg(long, value_name = "RATE", value_parser = super::format::rate)]
     samplerate: Option<u64>,
 }

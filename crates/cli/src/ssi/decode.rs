@@ -18,17 +18,24 @@ use summary::Summary;
 
 /// Decode a capture of clock and data
 ///
-/// Prints each transfer, and of all of them what the clock did and what is wrong. Without --bits it takes the 24 bits of a
-/// new encoder; `encoring ssi guess FILE` finds a format that fits.
+/// It prints each transfer, then what the clock did and what is wrong. `encoring ssi guess FILE` finds the format, if you do
+/// not know it.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Faults: clocks (too few, or others than --clocks), parity, repetition, trailing_high
-(data High after the field), stuck_low, stuck_high, clock_limit (slower than 50 kHz, so
-that the word breaks at t_M, or faster than 1.1 MHz), cut (the capture begins or ends
-within the transfer).
+Faults:
+  clocks           too few clocks, or other than --clocks
+  parity           the parity bit of AK-40 is wrong
+  repetition       the repeated data differ
+  trailing_high    the data are High after the field
+  stuck_low, stuck_high
+  clock_limit      slower than 50 kHz (the word breaks at t_M), or faster than 1.1 MHz
+  cut              the capture begins or ends within the transfer
 
-Exit codes: 0 no fault; 1 a fault; 2 bad input, or clock and data are not to be
-told apart; 3 no whole transfer in the capture.
+Exit codes:
+  0  no fault
+  1  a fault
+  2  wrong input, or clock and data cannot be told apart
+  3  no complete transfer in the capture
 
 Examples:
   encoring ssi decode capture.sr --bits 25 --code gray
@@ -39,13 +46,13 @@ pub(crate) struct Arguments {
     capture: CaptureArguments,
     #[command(flatten)]
     format: FormatArguments,
-    /// The clock edge at which the receiver takes the data
+    /// Clock edge at which the receiver takes the data
     #[arg(long, value_name = "EDGE", default_value = "falling")]
     edge: Edge,
-    /// Clocks that every transfer must have [default: any that bring the field]
+    /// Number of clocks of every transfer [default: any number that brings the field]
     #[arg(long, value_name = "K")]
     clocks: Option<u32>,
-    /// Text for people; or one line a transfer, as JSON (docs/json.md) or as CSV with the same columns
+    /// Print text for people; or one line for each transfer, as JSON (docs/json.md) or CSV
     #[arg(long = "format", default_value = "text")]
     output: DecodeFormat,
 }

@@ -26,9 +26,14 @@ const DRAWN_MAX: u32 = 128;
 #[derive(Args, Debug)]
 #[command(after_help = "\
 Data+ changes with each rising clock edge. A receiver that takes the level at the
-falling edges, or just before the rising ones, sees the High of rest first and one
-bit less at the end: `rising` and `falling` show that, one bit an edge. With a
---delay longer than the High phase of the clock the falling edge is one bit late.
+falling edge, or just before the rising edge, sees the High of rest first. It gets one
+bit less at the end: `rising` and `falling` show this, one bit for each edge. If --delay
+is longer than the High phase of the clock, the falling edge is one bit late.
+
+Exit codes:
+  0  printed
+  2  wrong usage
+  3  the file of --svg could not be written
 
 Examples:
   encoring ssi encode 9999 --bits 25
@@ -37,24 +42,24 @@ Examples:
   encoring ssi encode 9999 --clock-rate 1MHz --delay 650
   encoring ssi encode 9999 --repetition --clocks 52 --format json")]
 pub(crate) struct Arguments {
-    /// The position: decimal, or hexadecimal as 0x270F or 270Fh
+    /// The position in steps: decimal, or hexadecimal as 0x270F or 270Fh
     #[arg(required = true, value_name = "POSITION", value_parser = arguments::value)]
     positions: Vec<u32>,
     #[command(flatten)]
     format: FormatArguments,
-    /// Clocks to show [default: one more than the field has bits]
+    /// Number of clocks to show, 1 to 1024 [default: one more than the field has bits]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLOCKS_MAX)))]
     clocks: Option<u32>,
-    /// Clock rate
+    /// Clock rate, such as 500kHz or 1MHz
     #[arg(long, value_name = "RATE", default_value = "500kHz", value_parser = clock_rate)]
     clock_rate: u64,
-    /// From a rising edge to the data at the receiver in nanoseconds: both ways of the cable, and the encoder
+    /// Delay from a rising edge to the data at the receiver in ns, 0 to 100000: the cable both ways, and the encoder
     #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=DELAY_MAX_NS))]
     delay: u64,
-    /// Draw the figure into this file
+    /// Draw the figure to this file
     #[arg(long, value_name = "FILE.svg")]
     svg: Option<PathBuf>,
-    /// Replace the file of --svg if it is there
+    /// Replace the file of --svg if it exists
     #[arg(long, requires = "svg")]
     overwrite: bool,
     #[command(flatten)]

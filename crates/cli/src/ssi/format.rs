@@ -16,13 +16,13 @@ pub(crate) struct FormatArguments {
     /// Number of data bits, 8 to 32; 31 is AK-40 from firmware 41/1997 on [default: 24]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(8..=32))]
     bits: Option<u8>,
-    /// Code of the position
+    /// Code of the position on the SSI
     #[arg(long, default_value = "binary")]
     code: CodeName,
-    /// The data come again every 26 clocks, and there are 24 bits
+    /// Repeat the 24 data bits every 26 clocks
     #[arg(long)]
     repetition: bool,
-    /// Week of the encoder's firmware; older than 41/1997 there is no AK-40 [default: 41/1997]
+    /// Week and year of the firmware on the type label; before 41/1997 there is no AK-40 [default: 41/1997]
     #[arg(long, value_name = "WW/YYYY")]
     firmware: Option<Week>,
 }

@@ -17,13 +17,16 @@ use crate::arguments::Output;
 use crate::output::reading::Beside;
 use crate::output::{Answer, Failure, note};
 
-/// Find the format of a capture: bits, code, parity, repetition, zeros before and behind, and the edge
+/// Find the format of a capture: bits, code, parity, repetition, leading and trailing zeros, edge
 ///
-/// It needs a shaft that moves: over a boundary of several bits to tell the codes apart, and at a speed that is no whole
-/// number of steps a transfer to see which bit is the last. Otherwise it lists what fits.
+/// The shaft must move. To tell the codes apart it must pass a boundary of several bits. To find the last bit its speed must
+/// not be a whole number of steps a transfer. Otherwise the output lists the formats that fit.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 one format fits; 2 bad input; 3 several fit, or none.
+Exit codes:
+  0  one format fits
+  2  wrong input
+  3  several formats fit, or none
 
 Examples:
   encoring ssi guess capture.sr

@@ -27,14 +27,17 @@ motion = { kind = \"hold\", raw = 9_999 }
 /// Kilohertz that are tried without --khz.
 const RATES: [u32; 16] = [40, 45, 49, 50, 51, 60, 70, 80, 100, 200, 500, 800, 1_000, 1_050, 1_100, 1_200];
 
-/// Clock a simulated CE-65-M at one rate after the other
+/// Read a simulated CE-65-M at one clock rate after the other
 ///
-/// Below 50 kHz the word breaks at t_M. From 50 to 80 kHz it works and is not guaranteed. Above 1 MHz it is outside the
-/// guarantee; the simulated encoder has no delay of its own, so words are wrong there only with a --delay.
+/// Below 50 kHz the word breaks at t_M. From 50 to 80 kHz it works, but is not guaranteed. Above 1 MHz nothing is
+/// guaranteed. The simulated encoder has no delay of its own: words are wrong there only with --delay.
 #[derive(Args, Debug)]
 #[command(after_help = "\
-Exit codes: 0 every rate from 80 kHz to 1 MHz brings the position; 1 one of them
-does not; 2 bad usage; 3 none of them was tried.
+Exit codes:
+  0  every rate from 80 kHz to 1 MHz brings the position
+  1  one of them does not
+  2  wrong usage
+  3  none of them was tried
 
 Examples:
   encoring ssi sweep
@@ -43,16 +46,16 @@ Examples:
 pub(crate) struct Arguments {
     #[command(flatten)]
     format: FormatArguments,
-    /// Clocks of each transfer [default: one more than the field has bits]
+    /// Number of clocks of each transfer, 1 to 1000 [default: one more than the field has bits]
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000))]
     clocks: Option<u32>,
-    /// The clock edge at which the receiver takes the data
+    /// Clock edge at which the receiver takes the data
     #[arg(long, value_name = "EDGE", default_value = "falling")]
     edge: Edge,
-    /// How many nanoseconds after the rising edge the data are at the receiver
+    /// Delay from a rising edge to the data at the receiver in ns, 0 to 1000000
     #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
     delay: u32,
-    /// A clock rate to try; may be repeated [default: 16 rates from 40 kHz to 1.2 MHz]
+    /// Clock rate to try in kHz, 1 to 10000 (repeatable) [default: 16 rates from 40 to 1200]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     khz: Vec<u32>,
     #[command(flatten)]

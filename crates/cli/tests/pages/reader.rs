@@ -78,7 +78,8 @@ impl Reader {
         let path = format!("{}:{}", folder.display(), std::env::var("PATH").unwrap());
         let mut command = Command::new("bash");
         command.args(["-c", line]).current_dir(self.folder.path()).env("PATH", path);
-        command.env("XDG_STATE_HOME", self.folder.path().join("states")).stdin(Stdio::null());
+        command.env("HOME", self.folder.path()).env("XDG_STATE_HOME", self.folder.path().join("states"));
+        command.stdin(Stdio::null());
         command
     }
 

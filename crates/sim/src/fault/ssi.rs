@@ -23,13 +23,13 @@ impl SsiTrouble {
     /// What it is called, and what it is.
     pub(super) const fn words(self) -> (&'static str, &'static str) {
         match self {
-            Self::Lost(_) => ("ssi_lost", "of a million SSI clock pulses N do not reach the encoder"),
-            Self::Added(_) => ("ssi_added", "of a million SSI clock pulses N are followed by another"),
-            Self::Flips(_) => ("ssi_flips", "of a million SSI bits N are turned over"),
+            Self::Lost(_) => ("ssi_lost", "N of a million SSI clock pulses do not reach the encoder"),
+            Self::Added(_) => ("ssi_added", "N of a million SSI clock pulses are doubled"),
+            Self::Flips(_) => ("ssi_flips", "N of a million SSI bits are inverted"),
             Self::Skew(_) => ("ssi_skew", "the SSI data come N ns later than the clock"),
             Self::Delay(_) => ("ssi_delay", "the SSI cable delays by N ns each way"),
-            Self::Low => ("ssi_low", "the SSI data stand at Low"),
-            Self::High => ("ssi_high", "the SSI data stand at High"),
+            Self::Low => ("ssi_low", "the SSI data stay Low"),
+            Self::High => ("ssi_high", "the SSI data stay High"),
         }
     }
 
