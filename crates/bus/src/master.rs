@@ -147,8 +147,8 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     /// What is known to stand on OUT because it was written here.
     written: Option<OutWord>,
     left: LeftBit,
-    /// The last word with the service bit that was written and not answered, and when: a gateway may still carry it out.
-    unanswered: Option<(OutWord, Instant)>,
+    /// Words whose write got no answer, and since when: a gateway may still carry them out.
+    unanswered: Vec<(OutWord, Instant)>,
     /// The request that was to be written first, if it must not be written twice.
     once: Option<OutWord>,
     stop: Arc<AtomicBool>,
@@ -183,7 +183,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             timing,
             written: None,
             left: LeftBit::default(),
-            unanswered: None,
+            unanswered: Vec::new(),
             once: None,
             stop,
             stops: 0,
@@ -193,7 +193,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             observe: None,
         };
         let mut standing = master.read_out()?;
-        if standing.service_bit() {
+        for _ in 1..STRANGE {
+            if !standing.service_bit() {
+                break;
+            }
             master.rest(timing.next_look(LookFor::Recovery));
             standing = master.read_out()?;
         }
@@ -249,8 +252,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     }
 
     /// Notes that the service bit is gone, if OUT shows the word that took it back, or was let fall: another word may be
-    /// one that the gateway has spoilt.
-    fn seen(&self, out: OutWord) {
+    /// one that the gateway has spoilt. A write that is older than the patience now does not come any more.
+    fn seen(&mut self, out: OutWord) {
+        let (now, patience) = (self.bus.now(), self.timing.patience);
+        self.unanswered.retain(|(_, since)| now.since(*since) < patience);
         if let Some(left) = self.left.word()
             && (out == rest(left) || out == OutWord(0) || self.written == Some(out) && !out.service_bit())
         {
@@ -260,21 +265,25 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
 
     /// Refuses to work while somebody else does.
     fn alone(&mut self) -> Result<(), MasterError> {
-        match self.is_alone() {
-            Err(MasterError::OtherMaster { .. } | MasterError::Overwritten { .. }) => {}
-            told => return told,
+        for _ in 1..STRANGE {
+            match self.is_alone() {
+                Err(MasterError::OtherMaster { .. } | MasterError::Overwritten { .. }) => {}
+                told => return told,
+            }
+            // It may be a word that the gateway has spoilt.
+            self.rest(self.timing.next_look(LookFor::Recovery));
         }
-        // Seen once it may be a word that the gateway has spoilt.
-        self.rest(self.timing.next_look(LookFor::Recovery));
         self.is_alone()
     }
 
     fn is_alone(&mut self) -> Result<(), MasterError> {
         let left = self.left.word();
-        let out = self.read_out()?;
-        if left == Some(out) {
+        let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
+        let late = self.is_unanswered(out);
+        self.seen(out);
+        if left == Some(out) || late {
             // It came late, or the word that clears it was lost: the next word does.
-            self.written = None;
+            self.stands(out);
             return Ok(());
         }
         match self.written {
@@ -285,11 +294,35 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         }
     }
 
+    /// A word of ours stands on OUT that was not the last one.
+    fn stands(&mut self, out: OutWord) {
+        self.written = None;
+        if out.service_bit() {
+            self.left.set(out);
+        }
+    }
+
+    /// Takes a service bit of ours back that a gateway has set late.
+    fn take_back_late(&mut self) {
+        if self.unanswered.is_empty() {
+            return;
+        }
+        if let Ok(out) = self.bus.out(self.position)
+            && out.service_bit()
+            && self.is_unanswered(out)
+        {
+            self.stands(out);
+            // What it clears is read back before the next service, and by `withdraw`.
+            let _ = self.bus.cycle(Some((self.position, rest(out))), self.position, &mut []);
+        }
+    }
+
     /// OUT, and what was written here, if another master has written it meanwhile.
     fn overwritten_now(&mut self) -> Option<(OutWord, OutWord)> {
         let (ours, out) = (self.written?, self.bus.out(self.position).ok()?);
-        // A gateway may have let its outputs fall.
-        (out != ours && out != OutWord(0)).then_some((out, ours))
+        // A gateway may have let its outputs fall, or carry a word out late.
+        let other = out != ours && out != OutWord(0) && !self.is_unanswered(out);
+        other.then_some((out, ours))
     }
 
     /// Refuses to write where IN shows what no encoder sends: OUT would be written as wrongly as IN is read.
@@ -318,18 +351,17 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     }
 
     /// Reads OUT until the service bit that was written here is seen gone, and takes it back where it is not. A word whose
-    /// write got no answer may come late, so OUT is watched for as long as the patience after it. Ends when the patience
-    /// does; then the bit may stand there, and must be told. To be called after the last service.
+    /// write got no answer may come late, so OUT is watched for as long as the patience after it: whoever works next would
+    /// take it for another master's. Ends when the patience does; then the bit may stand there, and must be told. To be
+    /// called after the last service.
     pub fn withdraw(&mut self) -> Option<OutWord> {
         let since = self.bus.now();
-        loop {
-            let late = self.may_come_late();
-            let left = self.left.word().or(late)?;
+        while self.left.word().is_some() || !self.unanswered.is_empty() {
             match self.bus.out(self.position) {
-                Ok(out) if out == left => {
-                    self.left.set(left);
+                Ok(out) if self.left.word() == Some(out) || out.service_bit() && self.is_unanswered(out) => {
+                    self.left.set(out);
                     // What it clears it reads back in the next round.
-                    let _ = self.bus.cycle(Some((self.position, rest(left))), self.position, &mut []);
+                    let _ = self.bus.cycle(Some((self.position, rest(out))), self.position, &mut []);
                 }
                 // Another service's is another master's, and it has taken ours away.
                 Ok(out) if out.service_bit() => self.left.set(OutWord(0)),
@@ -337,19 +369,21 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Err(error) => self.last_error = Some(error),
             }
             if self.interrupted() || self.in_a_hurry() || self.is_over(since) {
-                return self.left.word().or(late);
+                break;
             }
             self.rest(self.timing.next_look(LookFor::Recovery));
         }
+        self.left.word().or(self.may_come_late())
     }
 
-    /// The word with the service bit that may still be carried out by a gateway that has not answered it.
-    fn may_come_late(&mut self) -> Option<OutWord> {
-        let (out, written) = self.unanswered?;
-        if self.is_over(written) {
-            self.unanswered = None;
-        }
-        self.unanswered.map(|_| out)
+    /// Whether a gateway may carry out this word of ours late.
+    fn is_unanswered(&self, out: OutWord) -> bool {
+        self.unanswered.iter().any(|(word, _)| *word == out)
+    }
+
+    /// The last word with the service bit that may still be carried out by a gateway that has not answered it.
+    fn may_come_late(&self) -> Option<OutWord> {
+        self.unanswered.iter().rev().map(|(out, _)| *out).find(|out| out.service_bit())
     }
 
     fn is_over(&self, since: Instant) -> bool {
@@ -373,6 +407,9 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 MasterError::Bus(error) => MasterError::Bus(self.met(error)),
                 problem => problem,
             };
+            if let MasterError::InService { .. } = problem {
+                self.take_back_late();
+            }
             asked += 1;
             let time = self.bus.now().since(since) < patience;
             let patient = asked < self.timing.patience_polls || time && !is_refused(&problem);
@@ -430,8 +467,9 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 Some(Seen { input, age: cycle.age })
             }
             Err(error) => {
-                if write.is_some() && out.service_bit() && matches!(error, BusError::NoAnswer { .. }) {
-                    self.unanswered = Some((out, self.bus.now()));
+                if write.is_some() && matches!(error, BusError::NoAnswer { .. }) {
+                    self.unanswered.retain(|(word, _)| *word != out);
+                    self.unanswered.push((out, self.bus.now()));
                 }
                 self.met(error);
                 if write.is_some() {

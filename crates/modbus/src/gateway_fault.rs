@@ -1,16 +1,16 @@
 //! How the server misbehaves as gateways of the field do, so that masters can be tried against it.
 //!
-//! As a text: `KIND[=VALUE][@TIME][+TIME]`, from TIME after the start (0) for TIME (for good). [`FORMS`] lists the kinds.
+//! As a text: `KIND[=VALUE][#N][@TIME][+TIME]`, at request N (each), from TIME after the start (0) for TIME (for good).
+//! [`FORMS`] lists the kinds.
 
 use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
 /// Every kind with what it does.
-pub const FORMS: [(&str, &str); 13] = [
+pub const FORMS: [(&str, &str); 12] = [
     ("silent", "no request is answered or carried out"),
     ("late=MS", "every answer comes MS milliseconds late"),
-    ("late=MS#N", "only the answer to request N is late; N counts from 1 over all connections"),
     ("busy", "exception 06, and nothing is carried out"),
     ("exception=NN", "exception NN (hexadecimal), and nothing is carried out"),
     ("drop", "requests are carried out and not answered"),
@@ -42,8 +42,6 @@ pub enum GatewayMisdeed {
     Late {
         /// By so much.
         by: Duration,
-        /// The answer to this request only, counted from 1.
-        request: Option<u64>,
     },
     /// Every request is refused. 06 is `busy`.
     Exception(u8),
@@ -72,6 +70,8 @@ pub enum GatewayMisdeed {
 pub struct GatewayFault {
     /// What.
     pub misdeed: GatewayMisdeed,
+    /// At this request only, counted from 1 over all connections.
+    pub request: Option<u64>,
     /// From this time on.
     pub after: Duration,
     /// For so long; `None` for good.
@@ -82,7 +82,7 @@ pub struct GatewayFault {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GatewayFaultError {
     /// There is no such kind.
-    #[error("gateway fault {given:?}; there are {}", kinds())]
+    #[error("gateway fault {given:?}; there are {}; with #N behind it only at request N", kinds())]
     Kind {
         /// What was given.
         given: String,
@@ -96,6 +96,12 @@ pub enum GatewayFaultError {
         given: String,
         /// What may be.
         allowed: &'static str,
+    },
+    /// No number of a request.
+    #[error("request #{given}; it must be a number from 1 on")]
+    Request {
+        /// What was given.
+        given: String,
     },
     /// No time.
     #[error("time {given:?}; it must be like 5s, 200ms, 1m or 2h, up to a year")]
@@ -133,7 +139,11 @@ impl FromStr for GatewayFault {
             Some((rest, after)) => (rest, time(after)?),
             None => (rest, Duration::ZERO),
         };
-        Ok(Self { misdeed: rest.parse()?, after, lasting })
+        let (kind, request) = match rest.rsplit_once('#') {
+            Some((kind, number)) => (kind, Some(request(number)?)),
+            None => (rest, None),
+        };
+        Ok(Self { misdeed: kind.parse()?, request, after, lasting })
     }
 }
 
@@ -153,9 +163,7 @@ impl FromStr for GatewayMisdeed {
         let of = value.unwrap_or_default();
         match (kind, value) {
             ("silent", None) => Ok(Self::Silent),
-            ("late", _) => {
-                late(of).ok_or_else(|| wrong("late", "milliseconds up to an hour, and #N for one request"))
-            }
+            ("late", _) => late(of).ok_or_else(|| wrong("late", "milliseconds up to an hour")),
             ("busy", None) => Ok(Self::Exception(6)),
             ("exception", _) => u8::from_str_radix(of, 16)
                 .ok()
@@ -182,12 +190,13 @@ impl FromStr for GatewayMisdeed {
 }
 
 fn late(text: &str) -> Option<GatewayMisdeed> {
-    let (millis, request) = match text.split_once('#') {
-        Some((millis, number)) => (millis, Some(number.parse().ok().filter(|number| *number > 0)?)),
-        None => (text, None),
-    };
-    let by = Duration::from_millis(millis.parse().ok()?);
-    (by <= LATE_MAX).then_some(GatewayMisdeed::Late { by, request })
+    let by = Duration::from_millis(text.parse().ok()?);
+    (by <= LATE_MAX).then_some(GatewayMisdeed::Late { by })
+}
+
+fn request(text: &str) -> Result<u64, GatewayFaultError> {
+    let number = text.parse().ok().filter(|number| *number > 0);
+    number.ok_or_else(|| GatewayFaultError::Request { given: text.to_owned() })
 }
 
 fn time(text: &str) -> Result<Duration, GatewayFaultError> {
@@ -210,8 +219,7 @@ impl fmt::Display for GatewayMisdeed {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Silent => f.write_str("silent"),
-            Self::Late { by, request: None } => write!(f, "late={}", by.as_millis()),
-            Self::Late { by, request: Some(request) } => write!(f, "late={}#{request}", by.as_millis()),
+            Self::Late { by } => write!(f, "late={}", by.as_millis()),
             Self::Exception(6) => f.write_str("busy"),
             Self::Exception(code) => write!(f, "exception={code:02X}"),
             Self::Drop => f.write_str("drop"),
@@ -230,6 +238,9 @@ impl fmt::Display for GatewayMisdeed {
 impl fmt::Display for GatewayFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.misdeed)?;
+        if let Some(request) = self.request {
+            write!(f, "#{request}")?;
+        }
         if self.after > Duration::ZERO {
             write!(f, "@{}ms", self.after.as_millis())?;
         }
@@ -247,6 +258,8 @@ mod tests {
             "silent",
             "late=2500",
             "late=2500#17",
+            "exception=0B#3+5000ms",
+            "close#1@2000ms",
             "busy",
             "exception=0B",
             "drop",
@@ -267,8 +280,10 @@ mod tests {
         let fault: GatewayFault = "late=5@2m+1h".parse().unwrap();
         assert_eq!((fault.after, fault.lasting), (Duration::from_secs(120), Some(HOUR)));
         for (form, _) in FORMS.iter().chain([&MAX_FORM]) {
-            let text = form.replace("MS", "7").replace("#N", "#7").replace("=NN", "=0B").replace("=N", "=7");
-            text.parse::<GatewayFault>().unwrap_or_else(|error| panic!("{text}: {error}"));
+            let text = form.replace("MS", "7").replace("=NN", "=0B").replace("=N", "=7");
+            for text in [format!("{text}#5"), text] {
+                text.parse::<GatewayFault>().unwrap_or_else(|error| panic!("{text}: {error}"));
+            }
         }
     }
 
@@ -280,6 +295,10 @@ mod tests {
             "late",
             "late=x",
             "late=1#0",
+            "late#1=5",
+            "drop#",
+            "drop#x",
+            "drop#18446744073709551616",
             "exception=100",
             "exception=0",
             "unit=256",
@@ -294,6 +313,6 @@ mod tests {
             text.parse::<GatewayFault>().unwrap_err();
         }
         let error = "slow".parse::<GatewayFault>().unwrap_err().to_string();
-        assert!(error.contains("late=MS#N") && error.contains("max=N"), "{error}");
+        assert!(error.contains("late=MS,") && error.contains("#N") && error.contains("max=N"), "{error}");
     }
 }

@@ -110,6 +110,12 @@ impl GatewayFaults {
         (faults.all, faults.dead) = (Vec::new(), None);
     }
 
+    /// So many requests have come, over all connections.
+    #[must_use]
+    pub fn requests(&self) -> u64 {
+        self.lock().requests
+    }
+
     /// `true` while nothing is there.
     pub(crate) fn is_dead(&self) -> bool {
         self.lock().dead.is_some_and(|dead| !dead.is_over(Instant::now()))
@@ -123,7 +129,8 @@ impl GatewayFaults {
         let now = Instant::now();
         let on = |(since, fault): &(Instant, GatewayFault)| {
             let begun = now.duration_since(*since) >= fault.after;
-            (begun && !is_over(*since, *fault, now)).then_some(fault.misdeed)
+            let here = fault.request.is_none_or(|request| request == number);
+            (begun && here && !is_over(*since, *fault, now)).then_some(fault.misdeed)
         };
         Misdeeds { number, of: faults.all.iter().filter_map(on).collect() }
     }
@@ -161,9 +168,7 @@ impl Misdeeds {
     /// How late the answer is.
     pub(crate) fn late(&self) -> Duration {
         let late = self.of.iter().filter_map(|misdeed| match misdeed {
-            GatewayMisdeed::Late { by, request } if request.is_none_or(|request| request == self.number) => {
-                Some(*by)
-            }
+            GatewayMisdeed::Late { by } => Some(*by),
             _ => None,
         });
         late.max().unwrap_or_default()

@@ -41,7 +41,10 @@ pub(crate) fn gateway_help() -> String {
         .chain([&MAX_FORM])
         .map(|(form, meaning)| format!("\n    {form:<13} {meaning}"))
         .collect();
-    format!("\n\nGateway faults: KIND[=VALUE][@TIME][+TIME], with the times of the faults above:{kinds}")
+    format!(
+        "\n\nGateway faults: KIND[=VALUE][#N][@TIME][+TIME], with the times of the faults above; with #N only at \
+         request N, counted from 1 over all connections:{kinds}"
+    )
 }
 
 /// Adds faults to a scenario, in their order of time and behind what it has at the same time.

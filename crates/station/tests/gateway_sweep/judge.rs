@@ -134,8 +134,8 @@ pub(crate) fn run<B: Ringed>(bus: &mut B, command: Command, faults: &B::Faults) 
     let (requests, met) = (bus.requests(), bus.met());
     let after = bus.truth();
     let end = judged(&before, &after, &mut told);
-    let stands = after.out.service_bit();
-    if stands && command != Command::Release && !told.service_bits.contains(&after.out) {
+    // With two writes on their way nobody knows which of them stands; that one may is told.
+    if after.out.service_bit() && command != Command::Release && told.service_bits.is_empty() {
         told.wrong(format!("the service bit of {} was not told", after.out));
     }
     Ended { end, requests, met, wrong: told.wrong }
@@ -145,20 +145,17 @@ pub(crate) fn run<B: Ringed>(bus: &mut B, command: Command, faults: &B::Faults) 
 type Judge = Box<dyn FnOnce(&DeviceView, &DeviceView, &mut Told) -> End>;
 
 impl Command {
-    /// Whether one answer that is late or lost must not end it.
-    pub(crate) fn repeats_everything(self) -> bool {
-        matches!(self, Self::Read | Self::Check | Self::Write | Self::Program)
-    }
-
     /// What it finds.
     fn prepare<B: Ringed>(self, bus: &mut B) {
         match self {
             Self::Check => {
                 // Something to make count, so that a data check can be seen.
-                let patience = bus.patience();
-                let mut master = EncoderMaster::new(bus, 0, patience, Arc::default()).unwrap();
                 let request = Request::write(MODEL, Parameter::MeasuringLength, 9_999).unwrap();
-                assert!(matches!(master.serve(request), Ok(Outcome::Done { .. })), "nothing fails yet");
+                let patience = bus.patience();
+                at_last(|| {
+                    let mut master = EncoderMaster::new(bus, 0, patience, Arc::default()).ok()?;
+                    matches!(master.serve(request), Ok(Outcome::Done { .. })).then_some(())
+                });
             }
             Self::Release => stand(bus, LEFT),
             Self::NeedlessRelease => stand(bus, AT_REST),
@@ -180,8 +177,13 @@ impl Command {
     }
 }
 
+/// Does what no fault hinders; over a real line it may be late all the same.
+fn at_last<T>(mut work: impl FnMut() -> Option<T>) -> T {
+    (0..100).find_map(|_| work()).unwrap()
+}
+
 fn stand<B: Ringed>(bus: &mut B, out: OutWord) {
-    bus.cycle(Some((0, out)), 0, &mut []).unwrap();
+    at_last(|| bus.cycle(Some((0, out)), 0, &mut []).ok());
     bus.wait(Duration::from_millis(50));
 }
 
