@@ -41,6 +41,10 @@ Misbehaviour, by the number of the answer, so that a run can be repeated (0, the
     --short-every N                 are a register short
     --busy-every N                  are exception 06
     --hang-up-every N               are cut in the middle, and the connection closed
+
+    --faults                        the same at single answers, told on stdin: a line like `drop 17` spoils the 17th
+                                    answer from now on so, `sound` spoils none any more; each line is answered with
+                                    `faults N` on stdout, N answers having been sent so far
 """
 
 import argparse
@@ -67,6 +71,7 @@ LENGTHS = {
     0x0E: 6, 0x0F: 7, 0x11: 26, 0x12: 16, 0x13: 24, 0x14: 32, 0x15: 10, 0x16: 12, 0x17: 14,
 }  # fmt: skip
 ENCODER = 0x0233
+FAULTS = ["delay", "drop", "double", "short", "busy", "hang_up"]
 OUT_ONLY, IN_ONLY = {0x01, 0x31}, {0x02, 0x32}
 
 
@@ -177,27 +182,28 @@ class Handler(ServerRequestHandler):
             return
         server.answers += 1
 
-        def due(every):
-            return every and server.answers % every == 0
+        def due(name):
+            every = getattr(options, f"{name}_every")
+            return every and server.answers % every == 0 or server.faults.get(server.answers) == name
 
-        if due(options.busy_every):
+        if due("busy"):
             busy = ExceptionResponse(pdu.function_code & 0x7F, ExcCodes.DEVICE_BUSY)
             busy.dev_id, busy.transaction_id = pdu.dev_id, pdu.transaction_id
             pdu = busy
-        if due(options.short_every) and getattr(pdu, "registers", None) and not pdu.isError():
+        if due("short") and getattr(pdu, "registers", None) and not pdu.isError():
             pdu.registers = pdu.registers[:-1]
         packet = self.framer.buildFrame(pdu)
-        if due(options.drop_every):
+        if due("drop"):
             return
-        if due(options.hang_up_every):
+        if due("hang_up"):
             self.send(packet[: len(packet) // 2])
             if not server.context.serial:
                 self.close()
             return
-        if due(options.double_every):
+        if due("double"):
             packet += packet
         now = self.loop.time()
-        at = now + options.delay_ms / 1000 if due(options.delay_every) else now
+        at = now + options.delay_ms / 1000 if due("delay") else now
         if server.context.serial:
             at = server.free_at = max(at, server.free_at + 1e-6)
         if at > now:
@@ -215,7 +221,22 @@ class Misbehaving:
 
     def prepare(self, context, options):
         self.context, self.options, self.answers, self.free_at = context, options, 0, 0.0
+        # What is wrong with an answer, by its number.
+        self.faults = {}
         return self
+
+    async def take_faults(self):
+        """Takes faults of single answers from stdin."""
+        lines = asyncio.StreamReader()
+        await asyncio.get_running_loop().connect_read_pipe(lambda: asyncio.StreamReaderProtocol(lines), sys.stdin)
+        while line := (await lines.readline()).decode().split():
+            if line == ["sound"]:
+                self.faults.clear()
+            else:
+                kind, number = line
+                assert kind in FAULTS, kind
+                self.faults[self.answers + int(number)] = kind
+            print("faults", self.answers, flush=True)
 
     def callback_new_connection(self):
         return Handler(self, self.trace_packet, self.trace_pdu, self.trace_connect)
@@ -250,8 +271,9 @@ def arguments():
     parser.add_argument("--layout", choices=["plain", "inline"], default="plain")
     parser.add_argument("--modules", type=lambda text: [int(module, 16) for module in text.split(",")])
     parser.add_argument("--scan-ms", type=float, default=5.0)
-    for name in ["delay", "drop", "double", "short", "busy", "hang-up"]:
-        parser.add_argument(f"--{name}-every", type=int, default=0)
+    for name in FAULTS:
+        parser.add_argument(f"--{name.replace('_', '-')}-every", type=int, default=0)
+    parser.add_argument("--faults", action="store_true")
     parser.add_argument("--delay-ms", type=float, default=1500.0)
     parser.add_argument("rest", nargs="*", help="options of encoring sim, behind --")
     return parser.parse_args()
@@ -316,14 +338,16 @@ async def main(options):
             await stack.enter_async_context(process("socat", *pair))
             while not all(map(os.path.exists, ends)):
                 await asyncio.sleep(0.01)
-            server = RtuServer(unused, framer=FramerType.RTU, port=ends[0], baudrate=19200)
-            await server.prepare(context, options).serve_forever(background=True)
+            server = RtuServer(unused, framer=FramerType.RTU, port=ends[0], baudrate=19200).prepare(context, options)
+            await server.serve_forever(background=True)
             way = f"modbus-rtu:{ends[1]}", ["baud=19200", "parity=none"]
         else:
-            server = TcpServer(unused, address=("127.0.0.1", options.port))
-            await server.prepare(context, options).serve_forever(background=True)
+            server = TcpServer(unused, address=("127.0.0.1", options.port)).prepare(context, options)
+            await server.serve_forever(background=True)
             way = "modbus-tcp://127.0.0.1:%d" % server.transport.sockets[0].getsockname()[1], []
         print("bus", bus_address(way, options), flush=True)
+        if options.faults:
+            stack.callback(asyncio.create_task(server.take_faults()).cancel)
         if options.start:
             print("sim", options.sim, flush=True)
             if "control" in listening:

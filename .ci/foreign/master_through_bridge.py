@@ -48,7 +48,7 @@ class Bridge:
             file.write(SCENARIO)
         command = [sys.executable, BRIDGE, "--start", ENCORING, *options]
         command += ["--", scenario, "--control", "127.0.0.1:0"]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         self.lines = queue.Queue()
         threading.Thread(target=self.listen, daemon=True).start()
         self.bus = self.line("bus ")
@@ -68,21 +68,32 @@ class Bridge:
             if line.startswith(prefix):
                 return line[len(prefix):].strip()
 
+    def fault(self, line):
+        """Spoils an answer, for a bridge with --faults; gives how many it has sent so far."""
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        return int(self.line("faults "))
+
     def add(self, option):
         self.bus += ("&" if "?" in self.bus else "?") + option
 
-    def truth(self, position):
-        """What the simulator knows of an encoder: values by name of the service, offset writes, position."""
+    def device(self, position):
+        """What the simulator shows of an encoder."""
         self.control.write('{"verb":"view"}\n')
         self.control.flush()
-        view = json.loads(self.control.readline())
-        device = find_devices(view)[position]
+        return find_devices(json.loads(self.control.readline()))[position]
+
+    def truth(self, position):
+        """What the simulator knows of an encoder: values by name of the service, offset writes, position."""
+        device = self.device(position)
         values = {f"{p['service']:02X}": (p["programmed"], p["active"]) for p in device["parameters"]}
         return values, device["memory_writes"]["offset"], device["value"]
 
     def encoring(self, command, position, *more):
-        line = [ENCORING, command, *more, "--bus", self.bus, "--at", str(position), "--model", MODELS[position]]
-        line += ["--format", "json", "--patience", self.patience]
+        line = [ENCORING, command, *more, "--bus", self.bus, "--at", str(position), "--format", "json"]
+        # No word is decoded to take a service bit back.
+        if command != "release":
+            line += ["--model", MODELS[position], "--patience", self.patience]
         done = subprocess.run(line, capture_output=True, text=True, timeout=120, check=False)
         answer = json.loads(done.stdout) if done.stdout else None
         return done.returncode, answer, done.stderr
@@ -228,4 +239,5 @@ def main():
         probing(folder)
 
 
-main()
+if __name__ == "__main__":
+    main()

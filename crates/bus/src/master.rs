@@ -8,7 +8,7 @@ use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
 use crate::bus::{Answered, Bus, BusError, Cause, rounded};
-use crate::misread::{Misread, can_be_sent};
+use crate::misread::{Misread, can_be_sent, turned};
 
 /// So many words in a row that no encoder sends are not torn: the gateway makes them so.
 const STRANGE: u32 = 3;
@@ -279,10 +279,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     fn is_alone(&mut self) -> Result<(), MasterError> {
         let left = self.left.word();
         let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
-        let late = self.is_unanswered(out);
+        let ours = self.is_ours(out);
         self.seen(out);
-        if left == Some(out) || late {
-            // It came late, or the word that clears it was lost: the next word does.
+        if left == Some(out) || ours {
+            // It came late, or spoilt, or the word that clears it was lost: the next word does.
             self.stands(out);
             return Ok(());
         }
@@ -320,8 +320,8 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     /// OUT, and what was written here, if another master has written it meanwhile.
     fn overwritten_now(&mut self) -> Option<(OutWord, OutWord)> {
         let (ours, out) = (self.written?, self.bus.out(self.position).ok()?);
-        // A gateway may have let its outputs fall, or carry a word out late.
-        let other = out != ours && out != OutWord(0) && !self.is_unanswered(out);
+        // A gateway may have let its outputs fall, or carry a word of ours out late or spoilt.
+        let other = out != ours && out != OutWord(0) && !self.is_ours(out);
         other.then_some((out, ours))
     }
 
@@ -379,6 +379,11 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     /// Whether a gateway may carry out this word of ours late.
     fn is_unanswered(&self, out: OutWord) -> bool {
         self.unanswered.iter().any(|(word, _)| *word == out)
+    }
+
+    /// Whether this is a word of ours that a gateway has carried out late, or turned round.
+    fn is_ours(&self, out: OutWord) -> bool {
+        self.is_unanswered(out) || self.written.is_some_and(|written| written != out && turned(written, out))
     }
 
     /// The last word with the service bit that may still be carried out by a gateway that has not answered it.

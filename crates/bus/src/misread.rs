@@ -4,8 +4,8 @@
 //! is neither 00h or 20h with a position nor a reply's. That tells nothing of the encoder, and no machine needs stopping
 //! for it.
 
-use encoring_words::InWord;
 use encoring_words::word::In;
+use encoring_words::{InWord, OutWord};
 
 /// How a word is to be read so that it is an encoder's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +51,12 @@ impl Misread {
             Self::HalvesAndBytes => "its four bytes in the opposite order",
         }
     }
+}
+
+/// Whether OUT holds what was written here, turned round by the gateway on its way.
+#[must_use]
+pub(crate) fn turned(written: OutWord, out: OutWord) -> bool {
+    Misread::ALL.into_iter().any(|way| way.read(InWord(written.0)).0 == out.0)
 }
 
 /// Whether an encoder can send this.

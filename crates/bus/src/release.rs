@@ -10,7 +10,7 @@ use encoring_words::{Duration, InWord, OutWord};
 
 use crate::bus::{Bus, BusError, rounded};
 use crate::master::Cure;
-use crate::misread::{Misread, can_be_sent};
+use crate::misread::{Misread, can_be_sent, turned};
 
 /// For so long nothing may change before a service bit counts as left.
 pub const STANDS_FOR: Duration = Duration::from_millis(2_000);
@@ -107,16 +107,17 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
     /// [`ReleaseError::Misread`] if IN is nobody's.
     pub fn look(&mut self) -> Result<Standing, ReleaseError> {
         let since = self.bus.now();
-        let (mut was, mut alike, mut strange) = (self.patiently()?, 1, 0);
+        let (mut was, mut alike, mut unlike, mut strange) = (self.patiently()?, 1, 0, 0);
         loop {
             self.bus.wait(LOOK_EVERY);
             let now = self.patiently()?;
             strange = if self.is_misread(now) { strange + 1 } else { 0 };
-            alike = if was.same(now) { alike + 1 } else { 1 };
+            (alike, unlike) = if was.same(now) { (alike + 1, unlike) } else { (1, unlike + 1) };
             match (alike, strange) {
                 (_, ALIKE..) => return Err(ReleaseError::Misread { now, cure: self.cure(now) }),
                 (ALIKE.., 0) => return Ok(now),
-                _ if self.bus.now().since(since) >= self.patience => {
+                // A slow bus is not another master: that one has changed the words several times by now.
+                _ if unlike >= ALIKE && self.bus.now().since(since) >= self.patience => {
                     return Err(ReleaseError::InUse { was, now });
                 }
                 _ => was = now,
@@ -216,7 +217,7 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
             if now.out == cleared || now.out == OutWord(0) {
                 return Ok(now);
             }
-            if now.out != was.out {
+            if now.out != was.out && !turned(cleared, now.out) {
                 return Err(ReleaseError::InUse { was, now });
             }
             let within = self.bus.now().since(since);
