@@ -15,21 +15,22 @@ DEADLINE_S = 10.0
 
 
 class Encoder:
-    """The two words of the encoder at one ring position."""
+    """The OUT and the IN word of one encoder, each in two registers, the high half in the lower one."""
 
-    def __init__(self, client, position):
-        self.client, self.register = client, 2 * position
+    def __init__(self, client, out, read_in, register_in):
+        self.client, self.out = client, out
+        self.read_in, self.register_in = read_in, register_in
 
     def write(self, word):
-        answer = self.client.write_registers(self.register, [word >> 16, word & 0xFFFF])
+        answer = self.client.write_registers(self.out, [word >> 16, word & 0xFFFF])
         assert not answer.isError(), answer
 
     def write_half(self, half, value):
-        answer = self.client.write_register(self.register + half, value)
+        answer = self.client.write_register(self.out + half, value)
         assert not answer.isError(), answer
 
     def read(self):
-        answer = self.client.read_input_registers(self.register, count=2)
+        answer = self.read_in(self.register_in, count=2)
         assert not answer.isError(), answer
         return answer.registers[0] << 16 | answer.registers[1]
 
@@ -42,12 +43,15 @@ class Encoder:
         raise AssertionError(f"waited {DEADLINE_S} s for {what}; last word {word:08X}")
 
     def service(self, request):
-        """Data and number first, the service bit in a later cycle; then the reply, then the end."""
+        """One service: its four steps, in the order in which the encoder counts on them."""
+        # Number and data without the service bit, and time for a cycle of the ring to carry them.
         self.write(request & 0x7FFFFFFF)
-        self.wait("normal mode", lambda word: word >> 31 == 0)
+        self.wait("IN bit 31 = 0", lambda word: word >> 31 == 0)
         time.sleep(0.01)
+        # The service bit, and nothing else: number and data stay as they are.
         self.write(request)
         reply = self.wait(f"the reply to {request:08X}", lambda word: word >> 31 == 1)
+        # The service bit again 0. The position is back when IN bit 31 is 0 too.
         self.write(request & 0x7FFFFFFF)
         self.wait("the end of the service", lambda word: word >> 31 == 0)
         return reply
@@ -76,7 +80,10 @@ def ring(program, *options):
 
 def main(program):
     with ring(program) as client:
-        linear, shaft, encoder = (Encoder(client, position) for position in range(3))
+        # Holding registers 2k and 2k+1 are OUT of position k, input registers 2k and 2k+1 its IN.
+        linear, shaft, encoder = (
+            Encoder(client, 2 * position, client.read_input_registers, 2 * position) for position in range(3)
+        )
 
         # 1000 steps a turn over ten turns: 3E8h * 0Ah / 1 - 1 = 270Fh.
         expect("measuring length", encoder.service(0xC200270F), 0xC200270F)
@@ -131,12 +138,8 @@ def inline(program):
     with ring(program, "--layout", "inline") as client:
         answer = client.read_holding_registers(1400, count=4)
         assert not answer.isError() and answer.registers == [3, 0x0233, 0x0233, 0x0233], answer
-        answer = client.write_registers(8006 + 2 * 2, [0xC200, 0x270F])
-        assert not answer.isError(), answer
-        until = time.monotonic() + DEADLINE_S
-        while (seen := client.read_holding_registers(8000 + 2 * 2, count=2).registers) != [0xC200, 0x270F]:
-            assert time.monotonic() < until, seen
-        print(f"Inline: {seen[0]:04X}{seen[1]:04X}")
+        encoder = Encoder(client, 8006 + 2 * 2, client.read_holding_registers, 8000 + 2 * 2)
+        expect("Inline, measuring length", encoder.service(0xC200270F), 0xC200270F)
         answer = client.read_holding_registers(900, count=3)
         assert not answer.isError() and answer.registers == [0x00E0, 0, 0], answer
         problem = client.readwrite_registers(read_address=8000, read_count=2, write_address=8006, values=[0])

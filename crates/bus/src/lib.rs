@@ -3,6 +3,26 @@
 //! gateways share.
 //!
 //! Nothing here knows a protocol, and nothing here can simulate.
+//!
+//! ```
+//! use encoring_bus::{Judge, Ring, Tolerance};
+//! use encoring_host::Seen;
+//! use encoring_words::{Duration, InWord, Instant, Model, Parameter};
+//!
+//! // 1000 steps a turn over ten turns: 10000 is no position of this encoder.
+//! let active = [
+//!     (Parameter::CountingDirection, 0),
+//!     (Parameter::MeasuringLength, 9_999),
+//!     (Parameter::Numerator, 10),
+//!     (Parameter::Denominator, 1),
+//! ];
+//! let tolerance = Tolerance::of_sheet(Duration::from_millis(100));
+//! let mut judge = Judge::new(Model::Ce65M, None, &active, tolerance)?;
+//! let seen = |value| Ok(Seen { input: InWord::position(value, false), age: Duration::ZERO });
+//! let (judgement, stop) = judge.judge(Instant(0), seen(10_000), Ring::Runs);
+//! assert_eq!((judgement.word(), stop.is_some()), ("implausible_range", true));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod bus;
 pub mod history;

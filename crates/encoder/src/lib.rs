@@ -7,6 +7,21 @@
 //!
 //! Calling order: [`records::format`] once for a new device, [`Encoder::power_up`], then [`Encoder::exchange`] and
 //! [`Encoder::ssi_clock`] with times that never run backwards, at last [`Encoder::power_off`].
+//!
+//! ```
+//! use encoring_encoder::{Encoder, Magnet, Ram, Terminals, Unit, records};
+//! use encoring_words::model::Sensor;
+//! use encoring_words::{InWord, Instant, Model, OutWord};
+//!
+//! let unit = Unit::new(Model::Ce65M, Sensor::Rotary { steps_per_turn: 4096 })?;
+//! let mut memory = Ram::blank();
+//! records::format(&unit, &mut memory).map_err(|_| "the memory takes nothing")?;
+//! let terminals = Terminals { raw: 9_999, magnet: Magnet::Present, preset_mv: [0, 0] };
+//! let mut encoder = Encoder::power_up(&unit, Instant(0), &terminals, &mut memory);
+//! let input = encoder.exchange(Instant(1_000_000), OutWord(0), &terminals, &mut memory);
+//! assert_eq!(input, InWord::position(9_999, false));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![no_std]
 
 pub mod encoder;

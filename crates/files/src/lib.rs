@@ -6,6 +6,24 @@
 //! - [`Lock`]: one program at a time.
 //! - [`open`] and [`read_text`]: reading that ends, whatever the name leads to.
 //! - [`toml_text`] and [`line_at`]: the line of what is wrong.
+//!
+//! ```
+//! use std::io::Write;
+//!
+//! use encoring_files::{Replacement, read_text};
+//!
+//! let folder = std::env::temp_dir().join(format!("encoring-files-{}", std::process::id()));
+//! std::fs::create_dir_all(&folder)?;
+//! let path = folder.join("axis.toml");
+//! let mut new = Replacement::begin(&path)?;
+//! new.write_all(b"version = 1\n")?;
+//! // Until here a reader finds the old file or none, afterwards the whole new one.
+//! assert!(!path.exists());
+//! new.replace()?;
+//! assert_eq!(read_text(&path, 1_000)?, "version = 1\n");
+//! std::fs::remove_dir_all(&folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod growing;
 mod lines;

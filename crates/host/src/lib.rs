@@ -5,6 +5,18 @@
 //! [`service`], [`program`] and [`preset`] are what a user means by it. [`validity`] judges every position that the
 //! bus brings. [`axis`] joins both for the program of a controller. [`referee`] says which rule of the handshake
 //! another program broke. [`ssi_receiver`] is the other end of the encoder's SSI.
+//!
+//! ```
+//! use encoring_host::scaling::{Ratio, Shaft, Turns, rotary};
+//! use encoring_words::Model;
+//!
+//! // The manuals' example: 1000 steps a turn over ten turns. The largest position is 9999 = 270Fh.
+//! let (steps, turns): (Ratio, Turns) = ("1000".parse()?, "10".parse()?);
+//! let found = rotary(steps, turns, Shaft::new(Model::Ce65M, 4096)?)?;
+//! assert_eq!(found.scaling.measuring_length(), 9_999);
+//! assert_eq!((found.scaling.fraction.numerator(), found.scaling.fraction.denominator()), (10, 1));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![no_std]
 
 pub mod axis;

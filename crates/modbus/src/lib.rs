@@ -8,6 +8,23 @@
 //! [`client`] reaches a ring behind a gateway, over Modbus TCP or RTU, as [`address`] says where and how; [`inline`]
 //! finds encoders among the modules of an Inline coupler, [`reconnect`] says when a lost connection is tried again.
 //! Their page is `docs/bus.md`.
+//!
+//! ```
+//! use encoring_modbus::{Address, RegisterMap, WordOrder, pdu};
+//! use encoring_ring::ProcessImage;
+//! use encoring_words::OutWord;
+//!
+//! // Function 16: two registers from 4 on, the OUT word of position 2.
+//! let mut image = ProcessImage::new(3)?;
+//! let request = [16, 0, 4, 0, 2, 4, 0xC2, 0x00, 0x27, 0x0F];
+//! let answer = pdu::respond(&request, &mut image, RegisterMap::Plain, WordOrder::HighFirst, &mut |_, _| {});
+//! assert_eq!(answer.as_bytes(), [16, 0, 4, 0, 2]);
+//! assert_eq!(image.out()[2], OutWord(0xC200_270F));
+//! // Where a ring behind a gateway is.
+//! let address: Address = "modbus-tcp://192.168.1.10?order=low-first".parse()?;
+//! assert_eq!(address.to_string(), "modbus-tcp://192.168.1.10:502?order=low-first");
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod address;
 pub mod client;

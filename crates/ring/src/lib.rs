@@ -5,6 +5,21 @@
 //! what its bits would have left.
 //!
 //! The ring knows no encoder: what hangs on it is so many bytes in each direction a device.
+//!
+//! ```
+//! use encoring_ring::{CycleTime, ProcessImage};
+//! use encoring_words::{Duration, OutWord, Written};
+//!
+//! // Three encoders at 500 kbit/s: (13 * (6 + 12) + 1.5 * 3) bits of 2 us, and 200 us of the master.
+//! assert_eq!(CycleTime::default().of_encoders(3), Duration::from_micros(677));
+//!
+//! // A gateway that writes one register at a time writes half a word.
+//! let mut image = ProcessImage::new(3)?;
+//! image.write_out(2, Written::Low(0x270F));
+//! image.write_out(2, Written::High(0xC200));
+//! assert_eq!(image.out()[2], OutWord(0xC200_270F));
+//! # Ok::<(), encoring_ring::TooManyEncoders>(())
+//! ```
 #![no_std]
 
 pub mod crc;

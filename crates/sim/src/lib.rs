@@ -2,6 +2,29 @@
 //!
 //! Nothing here reads a clock, starts a thread or opens a socket, and all chance comes from the scenario's seed:
 //! the same scenario and the same OUT words give the same words, to the bit.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use encoring_ring::Verdict;
+//! use encoring_sim::{Scenario, World};
+//! use encoring_words::{InWord, OutWord};
+//!
+//! let ring = r#"
+//!     version = 1
+//!     [[device]]
+//!     position = 0
+//!     model = "ce-65-m"
+//!     motion = { kind = "hold", raw = 9_999 }
+//! "#;
+//! let mut world = World::new(&Scenario::parse("example", ring, Path::new(""))?)?;
+//! let mut input = [InWord(0)];
+//! // An encoder shows its position from the second cycle on.
+//! world.cycle(&[OutWord(0)], &mut input);
+//! let cycled = world.cycle(&[OutWord(0)], &mut input);
+//! assert_eq!((cycled.verdict, input), (Verdict::Good, [InWord(9_999)]));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod device_line;
 pub mod fault;

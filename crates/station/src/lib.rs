@@ -3,6 +3,27 @@
 //!
 //! One thread cycles the ring. The image is locked once per cycle and once per request; no lock is ever held over
 //! a wait.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use std::sync::atomic::AtomicBool;
+//!
+//! use encoring_bus::EncoderMaster;
+//! use encoring_host::program::Program;
+//! use encoring_sim::{Scenario, World};
+//! use encoring_station::{Simulated, Speed};
+//! use encoring_words::{Duration, Model, Parameter};
+//!
+//! // The built-in ring as a bus: another bus in its place, and nothing below changes.
+//! let mut bus = Simulated::new(World::new(&Scenario::built_in()?)?, Speed::Max);
+//! let stop = Arc::new(AtomicBool::new(false));
+//! let mut encoder = EncoderMaster::new(&mut bus, 2, Duration::from_millis(2_000), stop)?;
+//! let mut program = Program::new(Model::Ce65M, Some(4096));
+//! program.set(Parameter::MeasuringLength, 9_999)?;
+//! program.set(Parameter::Numerator, 10)?;
+//! assert!(program.run(&mut encoder).result.is_ok());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod answer;
 mod bus_seen;

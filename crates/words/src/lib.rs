@@ -3,6 +3,21 @@
 //!
 //! Nothing here has state or behaviour over time. `encoder` is the device that speaks these words, `host` the
 //! master's side, `ring` what carries them.
+//!
+//! ```
+//! use encoring_words::number::{Bare, word};
+//! use encoring_words::word::Out;
+//! use encoring_words::{OutWord, Service, gray};
+//!
+//! // As a PLC monitor shows it: write the measuring length 9999.
+//! let out = OutWord(word(["W#16#C200", "W#16#270F"], Bare::Hexadecimal)?.bits);
+//! assert_eq!(out, OutWord(0xC200_270F));
+//! let Out::Request(fields) = out.decode() else { panic!("the service bit is set") };
+//! assert_eq!(Service::from_number(fields.service.number()), Some(Service::MeasuringLength));
+//! assert_eq!(fields.data, 9_999);
+//! assert_eq!(gray::decode(gray::encode(9_999)), 9_999);
+//! # Ok::<(), encoring_words::number::NumberError<'_>>(())
+//! ```
 #![no_std]
 
 pub mod change;

@@ -6,6 +6,26 @@
 //! - [`zero`]: what a preset adjustment can restore. The offset itself is in no file: no service reads it [R76].
 //! - [`reconstruct`]: the parameters of an encoder that is dead, from words and from known positions.
 //! - [`journal`]: what is being programmed, for whoever comes after a command that was killed.
+//!
+//! ```
+//! use encoring_workshop::ParameterFile;
+//! use encoring_words::Parameter;
+//!
+//! let text = "\
+//! version = 1
+//! model = \"ce-65-m\"
+//!
+//! [parameters]
+//! measuring_length = \"270Fh\"
+//! numerator = 10
+//! ";
+//! let file = ParameterFile::parse("axis-3.toml", text)?;
+//! let encoder = file.at(None)?;
+//! assert_eq!(encoder.value(Parameter::MeasuringLength), Some(9_999));
+//! let wrong = ParameterFile::parse("axis-3.toml", "version = 1\nmodel = \"ce-66\"\n").unwrap_err();
+//! assert_eq!((wrong.line, wrong.file.as_str()), (Some(2), "axis-3.toml"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod backup;
 pub mod carry;
