@@ -1,15 +1,18 @@
 //! `encoring diagnose`: why a position jumped.
 
+mod drawn;
 mod input;
 mod view;
 
+use std::io::{self, IsTerminal, Write};
+
 use clap::Args;
-use encoring_diagnosis::{Conclusion, Options};
+use encoring_diagnosis::{Conclusion, Options, Picture};
 use encoring_words::Model;
 
 use crate::arguments::{Output, TableArguments, model};
 use crate::interrupt::Interrupt;
-use crate::output::{Answer, Failure, note};
+use crate::output::{Answer, Failure, Format, note};
 
 /// Find the causes of the step changes in a recording: why did the position jump
 ///
@@ -31,6 +34,7 @@ Exit codes:
 Examples:
   encoring diagnose axis.csv
   encoring diagnose axis.csv --model ce-65-m
+  encoring diagnose axis.csv --plot axis.svg --report axis.html
   encoring diagnose plc.csv --columns \"time_ms=Zeit,in=ID 256\" --format json")]
 pub(crate) struct Arguments {
     /// The recordings, or `-` for standard input
@@ -40,6 +44,9 @@ pub(crate) struct Arguments {
     /// Model of the encoder, if the recording does not name it
     #[arg(long, value_name = "MODEL", value_parser = model())]
     model: Option<Model>,
+
+    #[command(flatten)]
+    drawn: drawn::DrawnArguments,
 
     #[command(flatten)]
     output: Output,
@@ -59,11 +66,13 @@ struct Diagnosed {
     name: String,
     rows: u64,
     conclusion: Conclusion,
+    picture: Option<Picture>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let interrupt = Interrupt::new()?;
     interrupt.only_looks();
+    arguments.drawn.check()?;
     let mut diagnosed = Vec::new();
     for file in &arguments.files {
         diagnosed.push(input::read(file, arguments, &interrupt)?);
@@ -71,6 +80,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             note("note: interrupted: this is what the part that was read says");
             break;
         }
+    }
+    let charts = drawn::charts(&mut diagnosed);
+    arguments.drawn.write(&diagnosed, &charts)?;
+    if arguments.output.format == Format::Text && io::stdout().is_terminal() {
+        io::stdout().lock().write_all(drawn::small(&diagnosed, &charts).as_bytes())?;
     }
     arguments.output.print(&view::ReportView::new(&diagnosed))?;
     Ok(answer(&diagnosed))

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::episode::Conclusion;
+use crate::episode::{Conclusion, Episode};
 use crate::options::Options;
 use crate::sample::Sample;
 use crate::window::Window;
@@ -25,6 +25,13 @@ impl Detector {
     pub fn sample(&mut self, sample: Sample) {
         let window = self.windows.entry(sample.position).or_insert_with(|| Window::new(sample.position));
         window.push(&sample, &self.options);
+    }
+
+    /// What has been told so far of an encoder, in the order in which it was found. The rows of the latest lie no further back than
+    /// some thousand.
+    #[must_use]
+    pub fn told(&self, position: u8) -> &[Episode] {
+        self.windows.get(&position).map_or(&[], Window::told)
     }
 
     /// What all rows together say.

@@ -32,6 +32,8 @@ mod episode;
 mod jumps;
 mod motion;
 mod options;
+mod page;
+mod picture;
 mod row;
 mod sample;
 #[cfg(test)]
@@ -42,4 +44,6 @@ pub use cause::{CAUSES, JumpCause, Likelihood};
 pub use detector::Detector;
 pub use episode::{ALTERNATIVES_MAX, Conclusion, Episode};
 pub use options::{KnownPlace, Options};
+pub use page::{PagePart, page};
+pub use picture::Picture;
 pub use sample::{Sample, Sighting};

@@ -8,7 +8,7 @@ use crate::row::{Row, Shown};
 use crate::sample::Sample;
 
 /// Rows that are judged together.
-const ROWS: usize = 8_192;
+pub(crate) const ROWS: usize = 8_192;
 /// Rows behind those that are judged now, so that it is known how it goes on.
 const AHEAD: usize = 1_024;
 /// Rows before them.
@@ -39,6 +39,11 @@ impl Window {
         if self.rows.len() >= ROWS {
             self.judge(self.rows.len() - AHEAD, options);
         }
+    }
+
+    /// What has been told so far.
+    pub(crate) fn told(&self) -> &[Episode] {
+        &self.episodes
     }
 
     pub(crate) fn finish(mut self, options: &Options, conclusion: &mut Conclusion) {

@@ -2,8 +2,9 @@
 
 use crate::svg::{Anchor, Stroke, Svg, Tenths};
 
-/// Ticks that an axis has at most.
+/// Ticks that an axis has at most, and pixels that each of them needs.
 const TICKS_MAX: u64 = 12;
+const TICK: u64 = 60;
 
 /// Where a time stands from left to right. Times are nanoseconds.
 #[derive(Clone, Copy, Debug)]
@@ -27,11 +28,12 @@ impl Axis {
     /// Nanoseconds from tick to tick: 1, 2 or 5 times a power of ten.
     fn step(&self) -> u64 {
         let span = self.to.saturating_sub(self.from);
+        let ticks_max = (self.width.unsigned_abs() / TICK).clamp(1, TICKS_MAX);
         let mut power = 1_u64;
         loop {
             for factor in [1, 2, 5] {
                 let step = power.saturating_mul(factor);
-                if span / step <= TICKS_MAX {
+                if span / step <= ticks_max {
                     return step;
                 }
             }

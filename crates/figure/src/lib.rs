@@ -1,4 +1,5 @@
-//! Figures: levels and words over time as a [`TimingFigure`], samples over time as a [`Plot`].
+//! Figures: levels and words over time as a [`TimingFigure`], samples over time as a [`Plot`], any number of samples with
+//! marks and close-ups as a [`Chart`].
 //!
 //! A figure is a text in SVG. It is black on white, tells everything by shape and number and nothing by colour, has no
 //! script and no reference to anything outside, and holds every text escaped. For a terminal a timing figure is also
@@ -20,6 +21,8 @@
 //! ```
 
 mod axis;
+mod chart;
+mod envelope;
 mod plot;
 mod svg;
 #[cfg(test)]
@@ -27,5 +30,8 @@ mod tests;
 mod text;
 mod timing;
 
+pub use chart::{Chart, Closeup};
+pub use envelope::Envelope;
 pub use plot::{Plot, PlotSample};
+pub use svg::Escaped;
 pub use timing::{Lane, LaneLevel, TimingFigure};

@@ -112,6 +112,11 @@ impl Svg {
         ));
     }
 
+    /// A small dot.
+    pub(crate) fn dot(&mut self, x: Tenths, y: Tenths) {
+        self.put(format_args!("<circle cx=\"{x}\" cy=\"{y}\" r=\"1.8\"/>\n"));
+    }
+
     /// A number in a circle.
     pub(crate) fn number(&mut self, x: Tenths, y: Tenths, number: usize) {
         self.put(format_args!(
@@ -131,8 +136,10 @@ impl Svg {
     }
 }
 
-/// A text as it may stand between marks: nothing in it is read as a mark, and what no XML may hold is left out.
-struct Escaped<'a>(&'a str);
+/// A text as it may stand in XML and HTML, between marks and in quotes: nothing in it is read as a mark, and what no XML may
+/// hold is left out.
+#[derive(Clone, Copy, Debug)]
+pub struct Escaped<'a>(pub &'a str);
 
 impl fmt::Display for Escaped<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

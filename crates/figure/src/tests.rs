@@ -2,7 +2,7 @@
 
 use roxmltree::Document;
 
-use crate::{Lane, LaneLevel, Plot, PlotSample, TimingFigure};
+use crate::{Chart, Closeup, Envelope, Lane, LaneLevel, Plot, PlotSample, TimingFigure};
 
 fn pulses() -> TimingFigure {
     let mut timing = TimingFigure::new("three pulses", 0, 9_000);
@@ -53,6 +53,107 @@ fn a_plot_is_as_it_was() {
     insta::assert_snapshot!("plot", plot.svg());
 }
 
+/// A saw with a spike, every text of which is `name`.
+fn chart(name: &str, samples: u64) -> Chart {
+    let sample = |k: u64| PlotSample {
+        time_ns: k * 1_000_000,
+        value: if k == 7 { 5_000 } else { (k % 100 * 10) as i64 },
+    };
+    let mut curve = Envelope::new();
+    (0..samples).for_each(|k| curve.add(sample(k)));
+    let mut chart = Chart::new(name);
+    chart.curve(name, curve.clone());
+    chart.curve_without_peaks(name, curve);
+    chart.mark(1, (7_000_000, 7_000_000), name);
+    chart.mark(2, (9_000_000, 14_000_000), name);
+    chart.closeup(Closeup {
+        number: 1,
+        title: name.to_owned(),
+        samples: (0..15).map(sample).collect(),
+        stretch: (7_000_000, 7_000_000),
+    });
+    chart.remark(name);
+    chart
+}
+
+#[test]
+fn a_chart_is_as_it_was() {
+    insta::assert_snapshot!("chart", chart("a saw", 300).svg());
+    insta::assert_snapshot!("chart_text", chart("a saw", 300).text());
+}
+
+#[test]
+fn a_chart_without_curves_samples_or_marks_is_a_figure_too() {
+    let mut empty = Chart::new("");
+    assert!(Document::parse(&empty.svg()).is_ok());
+    assert_eq!(empty.text(), "");
+    empty.curve("", Envelope::new());
+    empty.closeup(Closeup { number: 1, title: String::new(), samples: Vec::new(), stretch: (0, 0) });
+    assert!(Document::parse(&empty.svg()).is_ok());
+    assert!(Document::parse(&Chart::sheet("", &[])).is_ok());
+    assert!(!empty.text().is_empty());
+}
+
+#[test]
+fn whatever_the_values_are_a_chart_is_drawn() {
+    let ends = [i64::MIN, -1, 0, 1, i64::MAX];
+    for (first, second) in ends.into_iter().flat_map(|first| ends.map(|second| (first, second))) {
+        for times in [[0, 0], [0, u64::MAX], [u64::MAX, 0], [u64::MAX, u64::MAX]] {
+            let mut curve = Envelope::new();
+            for (time_ns, value) in times.into_iter().zip([first, second]) {
+                curve.add(PlotSample { time_ns, value });
+            }
+            let mut chart = Chart::new("");
+            chart.curve("", curve.clone());
+            chart.curve_without_peaks("", curve);
+            chart.mark(1, (5, 3), "");
+            assert!(Document::parse(&chart.svg()).is_ok(), "{first} {second} {times:?}");
+            assert!(!chart.text().is_empty());
+        }
+    }
+}
+
+#[test]
+fn an_envelope_of_millions_of_samples_keeps_every_peak_and_stays_small() {
+    let (mut few, mut many) = (Envelope::new(), Envelope::new());
+    for k in 0..3_000_000_u64 {
+        let value = if k == 1_234_567 { -77_777 } else { (k / 1_000) as i64 };
+        many.add(PlotSample { time_ns: k * 500_000, value });
+        if k % 1_000 == 0 {
+            few.add(PlotSample { time_ns: k * 500_000, value });
+        }
+    }
+    let size = |envelope: &Envelope| envelope.between(0, u64::MAX).count();
+    assert!(size(&many) <= 4_096 && size(&many) > 2_000, "{}", size(&many));
+    assert_eq!(size(&few), 3_000);
+    let least = many.between(0, u64::MAX).map(|(_, bucket)| bucket.least).min();
+    assert_eq!(least, Some(-77_777));
+    let mut chart = Chart::new("");
+    chart.curve("", many);
+    assert!(chart.svg().len() < 120_000, "{}", chart.svg().len());
+}
+
+#[test]
+fn numbers_of_marks_do_not_cover_one_another() {
+    let mut chart = chart("", 300);
+    (0..200).for_each(|k| chart.mark(3 + k as usize, (20_000_000 + k * 1_000, 0), "close"));
+    let svg = chart.svg();
+    let document = Document::parse(&svg).unwrap();
+    let circles = document.descendants().filter(|node| node.has_tag_name("circle"));
+    let place = |node: roxmltree::Node<'_, '_>| {
+        let of = |name: &str| node.attribute(name).unwrap().parse::<f64>().unwrap();
+        (of("cx"), of("cy"), of("r"))
+    };
+    // The dots of the close-up may touch.
+    let numbers: Vec<_> = circles.map(place).filter(|(.., r)| *r > 5.0).collect();
+    assert!(numbers.len() > 200);
+    for (at, (x, y, r)) in numbers.iter().enumerate() {
+        for (other_x, other_y, _) in &numbers[..at] {
+            assert!((x - other_x).hypot(y - other_y) >= 2.0 * r, "{x} {y} {other_x} {other_y}");
+        }
+    }
+}
+
 #[test]
 fn marks_are_numbered_in_order_of_time_whatever_the_order_they_came_in() {
     let texts = texts(&pulses().svg());
@@ -73,7 +174,8 @@ fn whatever_a_text_holds_the_figure_is_well_formed_and_has_no_element_of_its_own
         plot.series(hostile);
         plot.series(hostile);
         plot.mark(1, hostile);
-        for svg in [timing.svg(), plot.svg()] {
+        let chart = chart(hostile, 20);
+        for svg in [timing.svg(), plot.svg(), chart.svg()] {
             let document = Document::parse(&svg).unwrap();
             let known = ["svg", "title", "rect", "text", "path", "circle"];
             let strange = document.descendants().find(|node| {

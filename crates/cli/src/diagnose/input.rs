@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 
-use encoring_diagnosis::{Detector, Sample};
+use encoring_diagnosis::{Detector, Picture, Sample};
 use encoring_trace::RowKind;
 use encoring_trace::bus::{BusReader, MARK};
 
@@ -25,18 +25,21 @@ pub(super) fn read(file: &str, arguments: &Arguments, interrupt: &Interrupt) -> 
     };
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
     let is_bus = begins.starts_with(MARK.as_bytes());
-    let mut intake = Intake { detector: Detector::new(arguments.options()), rows: 0 };
+    let mut intake =
+        Intake { detector: Detector::new(arguments.options()), picture: arguments.drawn.picture(), rows: 0 };
     if is_bus {
         bus(name, arguments, source, interrupt, &mut intake)?;
     } else {
         table(name, arguments, source, interrupt, &mut intake)?;
     }
-    Ok(Diagnosed { name: name.to_owned(), rows: intake.rows, conclusion: intake.detector.finish() })
+    let Intake { detector, picture, rows } = intake;
+    Ok(Diagnosed { name: name.to_owned(), rows, conclusion: detector.finish(), picture })
 }
 
 /// What has been taken in.
 struct Intake {
     detector: Detector,
+    picture: Option<Picture>,
     rows: u64,
 }
 
@@ -45,6 +48,10 @@ impl Intake {
         if let Some(sample) = sample {
             self.rows += 1;
             self.detector.sample(sample);
+            if let Some(picture) = &mut self.picture {
+                picture.sample(&sample);
+                picture.look(sample.position, self.detector.told(sample.position));
+            }
         }
     }
 }

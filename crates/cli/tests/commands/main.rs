@@ -3,6 +3,7 @@
 
 mod cells;
 mod decode;
+mod drawn;
 mod json;
 mod master;
 mod program;
