@@ -26,7 +26,7 @@ fn run(scenario: &Scenario, speed: Speed, lasting: Duration) -> (u64, usize) {
     let region = Region::new(ALLOCATIONS);
     let world = World::new(scenario).unwrap();
     let station =
-        Station::start(world, Options { speed, until: Some(lasting), records: Vec::new() }).unwrap();
+        Station::start(world, Options { speed, until: Some(lasting), ..Options::default() }).unwrap();
     let image = station.handle().image();
     let mut sum = 0;
     while !station.is_finished() {

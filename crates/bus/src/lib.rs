@@ -30,6 +30,7 @@ pub mod image;
 pub mod judge;
 pub mod master;
 pub mod misread;
+pub mod referees;
 pub mod release;
 pub mod watch;
 
@@ -38,4 +39,5 @@ pub use history::RingNews;
 pub use image::{ClientWrite, SharedImage};
 pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
 pub use master::{Behind, EncoderMaster, LeftBit, MasterError};
+pub use referees::Referees;
 pub use watch::Watch;

@@ -3,15 +3,16 @@
 mod input;
 mod view;
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
 
 use clap::{Args, ValueEnum};
-use encoring_host::referee::{HandshakeRule, Observed, Referee, Vantage};
+use encoring_bus::Referees;
+use encoring_host::referee::Vantage;
+use encoring_station::FindingView;
 use encoring_words::Model;
 
 use crate::arguments::{Output, TableArguments};
-use crate::output::{Answer, Failure, Format, note};
+use crate::output::{Answer, Failure, note, page};
 
 /// Judge a PLC program: which rules of the handshake did it break
 ///
@@ -76,78 +77,35 @@ impl SeenFrom {
     }
 }
 
-/// The referees of a trace, by ring position.
-struct Panel {
-    vantage: Vantage,
-    model: Option<Model>,
-    models: BTreeMap<u8, Model>,
-    referees: BTreeMap<u8, Referee>,
-}
-
-impl Panel {
-    fn observe(&mut self, position: u8, seen: Observed) {
-        if matches!(seen, Observed::Write { .. }) && self.vantage != Vantage::Writes {
-            self.vantage = Vantage::Writes;
-            self.referees.values_mut().for_each(Referee::sees_writes);
-        }
-        let (vantage, models, model) = (self.vantage, &self.models, self.model);
-        let referee = self.referees.entry(position);
-        let new = || Referee::new(vantage, models.get(&position).copied().or(model));
-        referee.or_insert_with(new).observe(seen);
-    }
-
-    fn finish(&mut self) {
-        self.referees.values_mut().for_each(Referee::finish);
-    }
-
-    /// The rules that were not judged for some encoder.
-    fn not_judged(&self) -> Vec<HandshakeRule> {
-        let nobody = Referee::new(self.vantage, None);
-        let none = self.referees.is_empty().then_some(&nobody);
-        let mut rules: Vec<_> = self.referees.values().chain(none).flat_map(Referee::not_judged).collect();
-        rules.sort_unstable();
-        rules.dedup_by_key(|rule| rule.name());
-        rules
-    }
-
-    fn tell_flaws(&self, name: &str) {
-        for (position, referee) in &self.referees {
-            let flaws = referee.flaws();
-            let told = [
-                (flaws.gaps, "pauses far longer than usual: across them nothing is judged"),
-                (flaws.unseen_writes, "words that nobody was seen to write: these requests are not judged"),
-                (flaws.backwards, "rows before the row before them: left out"),
-            ];
-            for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {
-                note(&format!("note: {name}: position {position}: {count} {what}"));
-            }
+/// Tells what was wrong with the trace.
+fn tell_flaws(referees: &Referees, name: &str) {
+    for (position, referee) in referees.each() {
+        let flaws = referee.flaws();
+        let told = [
+            (flaws.gaps, "pauses far longer than usual: across them nothing is judged"),
+            (flaws.unseen_writes, "words that nobody was seen to write: these requests are not judged"),
+            (flaws.backwards, "rows before the row before them: left out"),
+        ];
+        for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {
+            note(&format!("note: {name}: position {position}: {count} {what}"));
         }
     }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let mut panel = input::read(arguments)?;
-    panel.finish();
-    panel.tell_flaws(input::name(arguments));
+    let mut referees = input::read(arguments)?;
+    referees.finish();
+    tell_flaws(&referees, input::name(arguments));
     let mut out = io::stdout().lock();
-    for (position, referee) in &panel.referees {
-        for finding in referee.findings() {
-            let view = view::FindingView::new(*position, finding, panel.vantage);
-            match arguments.output.format {
-                Format::Text => write!(out, "{view}")?,
-                Format::Json => writeln!(out, "{}", serde_json::to_string(&view)?)?,
-            }
-        }
+    for (position, finding) in referees.findings() {
+        let view = FindingView::new(position, finding, referees.vantage());
+        out.write_all(page(arguments.output.format, &view)?.as_bytes())?;
     }
-    let services = panel.referees.values().map(Referee::services).sum();
-    let end = view::EndView::new(&panel.not_judged(), panel.vantage, services);
-    match arguments.output.format {
-        Format::Text => write!(out, "{end}")?,
-        Format::Json => writeln!(out, "{}", serde_json::to_string(&end)?)?,
-    }
+    let end = view::EndView::new(&referees);
+    out.write_all(page(arguments.output.format, &end)?.as_bytes())?;
     out.flush()?;
-    Ok(match services {
-        _ if panel.referees.values().any(Referee::is_broken) => Answer::No,
+    Ok(match referees.services() {
+        _ if referees.is_broken() => Answer::No,
         0 => Answer::Unknown,
         _ => Answer::Yes,
     })

@@ -13,7 +13,7 @@ use encoring_modbus::{GatewayFault, GatewayFaults, RegisterMap, ServerCounts, Wo
 use encoring_sim::scenario::{BUILT_IN, NO_LEVEL};
 use encoring_sim::ssi::PlacedReader;
 use encoring_sim::{Scenario, World};
-use encoring_station::{Controlled, Keeper, Options, Station};
+use encoring_station::{Controlled, Keeper, Options, RefereeMode, Station};
 use encoring_words::Duration;
 use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
@@ -45,6 +45,7 @@ const LOOK_EVERY: Real = Real::from_millis(20);
 const EXIT_CODES_AND_EXAMPLES: &str = "\
 Exit codes:
   0  ended by Ctrl-C, SIGTERM, --for or a closed pipe; the memories are saved
+  1  with --referee strict: a client broke a rule of the handshake
   2  refused before the start
   3  output, recording or memories could not be written
 
@@ -55,6 +56,7 @@ Examples:
   encoring sim ring.toml --state memories   # encoders that keep their parameters
   encoring sim --for 10s --speed max --record ring.csv --modbus off
   encoring sim --for 50ms --speed max --record ring.fst --lines --modbus off
+  encoring sim --referee strict             # ends with 1 when a client breaks the handshake
   encoring sim --record-bus bus.csv         # then: encoring referee bus.csv
   encoring sim --control 127.0.0.1:5021     # then: echo '{\"verb\":\"view\"}' | nc 127.0.0.1 5021
   encoring sim --fault silent:2@5s+1s       # segment 2 is broken from 5 s to 6 s
@@ -132,6 +134,9 @@ pub(crate) struct Arguments {
     /// Add signals of several bits to a .vcd for GTKWave; logic analysers do not read them. A .fst always has them
     #[arg(long, requires = "record")]
     words: bool,
+    /// Judge the handshake of clients: on, off, or strict, which ends at the first error (docs/referee.md)
+    #[arg(long, value_name = "MODE", default_value = "on")]
+    referee: RefereeMode,
     /// Print counters every TIME of ring time, such as 10 or 1m
     #[arg(long, value_name = "TIME", value_parser = span)]
     counters: Option<Duration>,
@@ -209,7 +214,12 @@ async fn simulate(
     let memories = arguments.memories.open(&mut world)?;
     memories.as_ref().map_or(Ok(()), can_be_written)?;
     let (files, records): (Vec<_>, Vec<_>) = arguments.record(&mut world)?.into_iter().unzip();
-    let options = Options { speed: arguments.pace.or_real(), until: arguments.lasting.lasting, records };
+    let options = Options {
+        speed: arguments.pace.or_real(),
+        until: arguments.lasting.lasting,
+        records,
+        referee: arguments.referee,
+    };
     let lasting = arguments.lasting.lasting;
     let progress = lasting.map(|lasting| Progress::start(Some(lasting), RING_TIME)).transpose()?;
     let mut report = Report::new(arguments.output.format, arguments.layout, arguments.counters)?;
@@ -235,12 +245,15 @@ async fn simulate(
     let recorded: Vec<_> = recorded.map(|((wanted, file), recorded)| wanted.finish(file, recorded)).collect();
     let told = told
         .and_then(|()| report.events(&outcome.events))
+        .and_then(|()| outcome.view.referee.as_ref().map_or(Ok(()), |referee| report.judged(referee)))
         .and_then(|()| served.map_or(Ok(()), |counters| report.served(counters.snapshot())))
         .and_then(|()| report.stopped(&outcome.view));
     let printed = printed(report.close(), patience, &signalled).await;
     all_kept([saved.map_err(|error| format!("--state {error}"))].into_iter().chain(recorded))?;
     told.and(printed)?;
-    Ok(Answer::Yes)
+    let strict = arguments.referee == RefereeMode::Strict;
+    let broken = strict && outcome.view.referee.is_some_and(|referee| referee.is_broken());
+    Ok(if broken { Answer::No } else { Answer::Yes })
 }
 
 /// Whether everything that was to be kept is; otherwise all that is not.

@@ -196,6 +196,8 @@ pub struct Referee {
     movement: Movement,
     cadence: Cadence,
     findings: [Option<Finding>; RULES.len()],
+    /// A bit for each rule, by its place: found first, or more surely, since somebody asked.
+    news: u32,
     flaws: Flaws,
     services: u64,
     input_seen: bool,
@@ -221,6 +223,7 @@ impl Referee {
             movement: Movement::NEW,
             cadence: Cadence::NEW,
             findings: [None; RULES.len()],
+            news: 0,
             flaws: Flaws { backwards: 0, gaps: 0, unseen_writes: 0 },
             services: 0,
             input_seen: false,
@@ -264,6 +267,13 @@ impl Referee {
     /// What was found, in the order of the rules.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
         self.findings.iter().flatten()
+    }
+
+    /// What was found first, or has become certain, since the last call.
+    pub fn take_news(&mut self) -> impl Iterator<Item = Finding> {
+        let news = core::mem::take(&mut self.news);
+        let findings = if news == 0 { &[][..] } else { &self.findings };
+        findings.iter().flatten().filter(move |finding| news >> finding.rule as u32 & 1 == 1).copied()
     }
 
     /// The rules that could not be judged.
@@ -328,12 +338,16 @@ impl Referee {
         };
         let input = self.input;
         let Some(slot) = self.findings.get_mut(rule as usize) else { return };
+        let known = slot.map(|finding| finding.verdict);
         let finding =
             slot.get_or_insert(Finding { rule, verdict, first: at, last: at, count: 0, out, input });
         finding.last = at;
         finding.count = finding.count.saturating_add(1);
         if verdict == Ruling::Broken {
             finding.verdict = verdict;
+        }
+        if known != Some(finding.verdict) {
+            self.news |= 1 << rule as u32;
         }
     }
 

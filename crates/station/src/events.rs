@@ -10,6 +10,7 @@ use encoring_ring::{Master, Verdict};
 use encoring_words::{Duration, Instant};
 use serde::{Serialize, Serializer};
 
+use crate::finding::FindingView;
 use crate::json;
 
 /// How many events are kept; whoever asks too rarely misses the oldest, and sees it by their numbers.
@@ -64,6 +65,8 @@ pub enum Happened {
         /// How many.
         writes: u64,
     },
+    /// A program broke a rule of the handshake, the first time or more surely than before.
+    Finding(Box<FindingView>),
     /// What an encoder remembers is not in its file; it is tried again.
     MemoryNotSaved {
         /// Its ring position.
@@ -129,6 +132,16 @@ impl fmt::Display for RingEvent {
             }
             Happened::WritesLost { writes } => {
                 write!(f, "{writes} writes of OUT words between two cycles were too many to be kept")
+            }
+            Happened::Finding(finding) => {
+                write!(
+                    f,
+                    "{}, OUT {}: {} [{}]",
+                    finding.head(),
+                    finding.out,
+                    finding.advice,
+                    finding.statement
+                )
             }
             Happened::MemoryNotSaved { position, problem } => {
                 write!(f, "the memory of position {position} is not saved: {problem}")

@@ -18,6 +18,7 @@ use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::history::{Watched, WordHistory};
 use crate::pace::{Pace, Speed};
 use crate::recording::Recorder;
+use crate::refereeing::{RefereeMode, Refereeing};
 use crate::serving::{Served, Serving};
 use crate::view::{Counters, View};
 
@@ -32,11 +33,13 @@ pub struct Options {
     pub until: Option<Duration>,
     /// What is written meanwhile. If one breaks off, that is an event, and the ring goes on.
     pub records: Vec<Recorder>,
+    /// Whether what clients write is judged.
+    pub referee: RefereeMode,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { speed: Speed::REAL, until: None, records: Vec::new() }
+        Self { speed: Speed::REAL, until: None, records: Vec::new(), referee: RefereeMode::Off }
     }
 }
 
@@ -114,7 +117,8 @@ impl Station {
         for recorder in &options.records {
             recorder.begin(&mut world);
         }
-        if options.records.iter().any(Recorder::is_of_bus) {
+        let refereeing = Refereeing::new(&world, options.referee);
+        if refereeing.is_some() || options.records.iter().any(Recorder::is_of_bus) {
             handle.image.keep_writes();
         }
         let mut ring = Running {
@@ -127,6 +131,7 @@ impl Station {
             serving: Serving::default(),
             carried: Vec::new(),
             bus: BusSeen::default(),
+            refereeing,
             records: options.records.into_iter().map(Ok).collect(),
         };
         // A device shows its position from the second cycle on.
@@ -271,6 +276,7 @@ struct Running {
     carried: Vec<SyncSender<()>>,
     /// What the master sees of the cycle.
     bus: BusSeen,
+    refereeing: Option<Refereeing>,
     /// Recordings, and why some broke off.
     records: Vec<io::Result<Recorder>>,
 }
@@ -306,6 +312,9 @@ impl Running {
                     break 'ring;
                 }
                 self.cycle();
+                if self.refereeing.as_ref().is_some_and(Refereeing::ends) {
+                    break 'ring;
+                }
             }
             if due == 0 {
                 // The wait for the next cycle is also the wait for a request.
@@ -346,6 +355,10 @@ impl Running {
         self.bus.went(began, cycled.at, data);
         if self.bus.lost > 0 {
             self.events.push(began, Happened::WritesLost { writes: self.bus.lost });
+        }
+        if let Some(refereeing) = &mut self.refereeing {
+            let news = refereeing.cycled(&self.bus);
+            news.for_each(|finding| self.events.push(cycled.at, Happened::Finding(Box::new(finding))));
         }
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
@@ -404,10 +417,17 @@ impl Running {
 
     fn view(&self) -> View {
         let image = self.image.with(|image| image.clone());
-        View::of(&self.world, &image, self.verdict, self.counters)
+        let referee = self.refereeing.as_ref().map(Refereeing::view);
+        View { referee, ..View::of(&self.world, &image, self.verdict, self.counters) }
     }
 
-    fn finish(self) -> Finished {
+    fn finish(mut self) -> Finished {
+        if let Some(refereeing) = &mut self.refereeing {
+            let now = self.world.now();
+            refereeing
+                .finish()
+                .for_each(|finding| self.events.push(now, Happened::Finding(Box::new(finding))));
+        }
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
         let (view, events) = (self.view(), self.events.all());
         let recorded = self.records.into_iter().map(|record| record.and_then(Recorder::finish)).collect();

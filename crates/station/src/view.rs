@@ -12,6 +12,7 @@ use encoring_words::{ErrorStatus, InWord, Model, OutWord, ParameterSet};
 use serde::Serialize;
 
 use crate::json;
+use crate::refereeing::RefereeView;
 
 /// A ring at one moment.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -29,6 +30,8 @@ pub struct View {
     pub diagnosis: DiagnosisView,
     /// The encoders, by ring position.
     pub devices: Vec<DeviceView>,
+    /// Which rules of the handshake were broken; `None` if nobody looks on.
+    pub referee: Option<RefereeView>,
 }
 
 /// What a station counts.
@@ -203,6 +206,7 @@ impl View {
                 segment_faults: image.faults().to_vec(),
             },
             devices: devices.collect(),
+            referee: None,
         }
     }
 }

@@ -450,7 +450,7 @@ fn a_recording_that_cannot_be_flushed_is_told() {
     let sink = Sink { flush_fails: true, ..Sink::default() };
     let records = vec![sink.record(&world)];
     let until = Some(Duration::from_millis(20));
-    let station = Station::start(world, Options { records, until, speed: Speed::Max }).unwrap();
+    let station = Station::start(world, Options { records, until, ..at(Speed::Max) }).unwrap();
     wait_for("the end", || station.is_finished());
     assert_eq!(station.stop().unwrap().recorded[0].as_ref().unwrap_err().kind(), io::ErrorKind::BrokenPipe);
 }
@@ -461,7 +461,7 @@ fn a_recording_holds_every_exchange_from_power_up_on() {
     let sink = Sink::default();
     let records = vec![sink.record(&world)];
     let until = Some(Duration(100 * CYCLE_NS));
-    let station = Station::start(world, Options { records, until, speed: Speed::Max }).unwrap();
+    let station = Station::start(world, Options { records, until, ..at(Speed::Max) }).unwrap();
     wait_for("the end", || station.is_finished());
     assert!(station.stop().unwrap().recorded[0].is_ok());
     let rows = sink.rows();

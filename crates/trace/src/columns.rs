@@ -84,6 +84,17 @@ pub enum Input {
     Off,
 }
 
+impl Input {
+    /// The IN word; `None` if nothing came back.
+    #[must_use]
+    pub const fn word(self) -> Option<u32> {
+        match self {
+            Self::Word(word) => Some(word),
+            Self::Off => None,
+        }
+    }
+}
+
 impl fmt::Display for Input {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

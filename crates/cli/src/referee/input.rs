@@ -4,13 +4,15 @@ use std::fs::File;
 use std::io::{self, BufRead, BufReader};
 use std::str::FromStr;
 
+use encoring_bus::Referees;
 use encoring_host::referee::{LineSeen, Observed, Vantage};
 use encoring_ring::diagnostics::status;
-use encoring_trace::bus::{BusEvent, BusReader, BusRow, MARK};
-use encoring_trace::{CycleSeen, DeviceLine, Input, Row, RowKind};
+use encoring_station::refereeing::{line_seen, observed};
+use encoring_trace::bus::{BusReader, MARK};
+use encoring_trace::{DeviceLine, Input, Row, RowKind};
 use encoring_words::{InWord, Instant, Model, OutWord};
 
-use super::{Arguments, Panel, SeenFrom};
+use super::{Arguments, SeenFrom};
 use crate::arguments::tell_doubts;
 use crate::output::{Failure, bad_input};
 
@@ -20,7 +22,7 @@ pub(super) fn name(arguments: &Arguments) -> &str {
 }
 
 /// Shows the trace to referees.
-pub(super) fn read(arguments: &Arguments) -> Result<Panel, Failure> {
+pub(super) fn read(arguments: &Arguments) -> Result<Referees, Failure> {
     let name = name(arguments);
     let mut source: Box<dyn BufRead> = if arguments.trace == "-" {
         Box::new(io::stdin().lock())
@@ -32,13 +34,8 @@ pub(super) fn read(arguments: &Arguments) -> Result<Panel, Failure> {
     if begins.starts_with(MARK.as_bytes()) { bus(arguments, source) } else { table(arguments, source) }
 }
 
-fn panel(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Result<Panel, Failure> {
-    let mut panel = Panel {
-        vantage,
-        model: arguments.model,
-        models: std::collections::BTreeMap::new(),
-        referees: std::collections::BTreeMap::new(),
-    };
+fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Result<Referees, Failure> {
+    let mut referees = Referees::new(vantage, arguments.model);
     for device in devices {
         let wrong = |what: String| bad_input(format!("{} line {}: {what}", name(arguments), device.line));
         let model =
@@ -46,12 +43,12 @@ fn panel(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Res
         if arguments.model.is_some_and(|said| said != model) {
             return Err(wrong(format!("--model contradicts the trace: it holds a {model}")));
         }
-        panel.models.insert(device.position, model);
+        referees.place(device.position, model);
     }
-    Ok(panel)
+    Ok(referees)
 }
 
-fn bus(arguments: &Arguments, source: impl BufRead) -> Result<Panel, Failure> {
+fn bus(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failure> {
     if !arguments.table.says_nothing() || arguments.seen_from.is_some() {
         return Err(bad_input(format!(
             "{} says itself what its columns are and where it was taken; leave --columns, --decimal, --period and \
@@ -61,42 +58,16 @@ fn bus(arguments: &Arguments, source: impl BufRead) -> Result<Panel, Failure> {
     }
     let mut reader = BusReader::new(name(arguments), source).map_err(bad_input)?;
     // Writes make it the other vantage.
-    let mut panel = panel(arguments, Vantage::Cycles, reader.devices())?;
+    let mut referees = referees(arguments, Vantage::Cycles, reader.devices())?;
     reader.try_for_each(|row| {
         let row = row.map_err(bad_input)?;
-        panel.observe(row.position, seen_on_bus(&row));
+        referees.observe(row.position, observed(&row));
         Ok::<_, Failure>(())
     })?;
-    Ok(panel)
+    Ok(referees)
 }
 
-fn seen_on_bus(row: &BusRow) -> Observed {
-    let at = Instant(row.time_ns);
-    match row.event {
-        BusEvent::Cycle { out, input, line } => {
-            let (out, input, line) = (OutWord(out), word(input), line.map_or(LineSeen::Untold, line_seen));
-            Observed::Cycle { at, out, input, line }
-        }
-        BusEvent::Write { client, written } => Observed::Write { at, client, written },
-    }
-}
-
-fn word(input: Option<Input>) -> Option<InWord> {
-    match input {
-        Some(Input::Word(word)) => Some(InWord(word)),
-        Some(Input::Off) | None => None,
-    }
-}
-
-const fn line_seen(cycle: CycleSeen) -> LineSeen {
-    match cycle {
-        CycleSeen::Good => LineSeen::Good,
-        CycleSeen::Bad => LineSeen::Bad,
-        CycleSeen::Silent => LineSeen::Silent,
-    }
-}
-
-fn table(arguments: &Arguments, source: impl BufRead) -> Result<Panel, Failure> {
+fn table(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failure> {
     let name = name(arguments);
     let mut reader = arguments.table.reader(name, source)?;
     let said = arguments.seen_from.map(SeenFrom::vantage);
@@ -108,7 +79,7 @@ fn table(arguments: &Arguments, source: impl BufRead) -> Result<Panel, Failure> 
         None => said.unwrap_or(Vantage::Log),
     };
     let devices = reader.recording().map_or(&[][..], |recording| recording.devices.as_slice());
-    let mut panel = panel(arguments, vantage, devices)?;
+    let mut referees = referees(arguments, vantage, devices)?;
     // What a row does not say stands as it did, by ring position.
     let mut standing = [(0, None); 256];
     for row in &mut reader {
@@ -116,17 +87,17 @@ fn table(arguments: &Arguments, source: impl BufRead) -> Result<Panel, Failure> 
         if row.kind == RowKind::SsiEdge {
             continue;
         }
-        if row.cycle.is_some() && said.is_none() && panel.referees.is_empty() {
-            panel.vantage = Vantage::Cycles;
+        if row.cycle.is_some() && said.is_none() && referees.each().next().is_none() {
+            referees.look_from(Vantage::Cycles);
         }
         let position = row.position.unwrap_or_default();
         let Some((out, input)) = standing.get_mut(usize::from(position)) else { continue };
         *out = row.out.unwrap_or(*out);
         *input = row.input.or(*input);
-        panel.observe(position, seen_in_row(&row, *out, *input));
+        referees.observe(position, seen_in_row(&row, *out, *input));
     }
     tell_doubts(&reader, name);
-    Ok(panel)
+    Ok(referees)
 }
 
 fn seen_in_row(row: &Row, out: u32, input: Option<Input>) -> Observed {
@@ -136,5 +107,10 @@ fn seen_in_row(row: &Row, out: u32, input: Option<Input>) -> Observed {
         (None, Some(_)) => LineSeen::Good,
         (None, None) => LineSeen::Untold,
     };
-    Observed::Cycle { at: Instant(row.time_ns), out: OutWord(out), input: word(input), line }
+    Observed::Cycle {
+        at: Instant(row.time_ns),
+        out: OutWord(out),
+        input: input.and_then(Input::word).map(InWord),
+        line,
+    }
 }

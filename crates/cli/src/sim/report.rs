@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::io;
 
 use encoring_modbus::{RegisterMap, Snapshot};
-use encoring_station::{RingEvent, View};
+use encoring_station::{RefereeView, RingEvent, View};
 use encoring_words::Duration;
 use serde::Serialize;
 
@@ -111,6 +111,28 @@ impl Served {
         }
         text
     }
+}
+
+/// What the referees have found in all, before that.
+#[derive(Serialize)]
+struct Judged<'a> {
+    event: &'static str,
+    #[serde(flatten)]
+    referee: &'a RefereeView,
+}
+
+/// For people: nothing if nobody asked for a service.
+fn judged(RefereeView { services, findings, .. }: &RefereeView) -> String {
+    let services = match services {
+        0 if findings.is_empty() => return String::new(),
+        1 => "1 service".to_owned(),
+        services => format!("{services} services"),
+    };
+    if findings.is_empty() {
+        return format!("referee: {services}, no rule of the handshake was broken\n");
+    }
+    let told: String = findings.iter().map(ToString::to_string).collect();
+    format!("referee: {services}\n{told}")
 }
 
 fn json(line: &impl Serialize) -> io::Result<String> {
@@ -227,6 +249,15 @@ impl Report {
                     counters.cycles, counters.faulty_cycles, counters.dropped_cycles
                 )
             }
+        };
+        self.out.print(text)
+    }
+
+    /// Tells what the referees have found in all.
+    pub(super) fn judged(&mut self, referee: &RefereeView) -> io::Result<()> {
+        let text = match self.format {
+            Format::Json => json(&Judged { event: "judged", referee })?,
+            Format::Text => judged(referee),
         };
         self.out.print(text)
     }

@@ -72,6 +72,29 @@ fn every_printed_output_is_what_the_command_says() {
     assert!(run >= 60, "only {run} commands were run");
 }
 
+// [R33, R34, R38, R39, R79]
+#[test]
+fn a_client_that_does_what_the_pages_show_breaks_no_rule_of_the_handshake() {
+    for page in ["README.md", "docs/modbus.md"] {
+        let (blocks, _) = page::blocks(&std::fs::read_to_string(Path::new(ROOT).join(page)).unwrap());
+        let commands =
+            blocks.iter().filter(|block| block.mark != Mark::NotRun).flat_map(|block| &block.steps);
+        let mut reader = Reader::new();
+        for command in commands.map(|step| &step.command) {
+            if reader::stays(&command.replace("cargo run --release -- ", "encoring ")) {
+                let _ = reader.ends_ring();
+                reader.types(&format!("{command} --referee strict --record-bus plc.csv --overwrite"));
+            } else if command.starts_with("mbpoll ") {
+                reader.types(command);
+            }
+        }
+        assert_eq!(reader.ends_ring(), Some(0), "{page}");
+        let (clean, found) = reader.types("encoring referee plc.csv");
+        assert!(clean && !found.concat().contains("(error"), "{page}: {found:?}");
+        assert!(found[0].ends_with("seen"), "no finding at all: {found:?}");
+    }
+}
+
 /// The commands in the second column of the table of jobs.
 fn jobs(readme: &str) -> Vec<String> {
     let rows = readme.lines().skip_while(|line| *line != "## Which job is yours").skip(1);

@@ -60,6 +60,16 @@ impl Reader {
         (ok, text.lines().map(str::to_owned).collect())
     }
 
+    /// Ends the ring that stays, as Ctrl-C does, and says its exit code.
+    #[allow(dead_code, reason = "the test of the help uses the reader too, and ends no ring")]
+    pub(crate) fn ends_ring(&mut self) -> Option<i32> {
+        let mut ring = self.ring.take()?;
+        let pid = ring.program.id().to_string();
+        // One that has ended by itself is gone.
+        let _ = Command::new("kill").args(["-INT", &pid]).output().unwrap();
+        ring.program.wait().unwrap().code()
+    }
+
     fn addresses(&self) -> impl Iterator<Item = &(String, String)> {
         self.ring.iter().flat_map(|ring| &ring.addresses)
     }
@@ -144,7 +154,7 @@ impl Reader {
 }
 
 /// `true` for a ring that runs until somebody ends it.
-fn stays(command: &str) -> bool {
+pub(crate) fn stays(command: &str) -> bool {
     command.starts_with("encoring sim")
         && !["--for", "--example", "--help"].iter().any(|end| command.contains(end))
 }

@@ -61,6 +61,93 @@ fn what_clients_write_and_the_ring_shows_is_in_the_file_and_the_referee_judges_i
     assert!(!here.join("wrong.csv.partial").exists());
 }
 
+/// The findings of a line, as the referee of a file prints them.
+fn found(judged: &serde_json::Value) -> Vec<serde_json::Value> {
+    judged["findings"].as_array().unwrap().clone()
+}
+
+// [R33, R34]
+#[test]
+fn the_first_break_of_a_rule_is_told_at_once_and_everything_at_the_end_as_from_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let mut sim = Sim::start(here, &["--record-bus", "bus.csv", "--control", "127.0.0.1:0"]);
+    let (mut client, mut control) = (sim.connect("modbus"), sim.connect("control"));
+    service(&mut client, 1, 0x8200_0000);
+    let mut line = String::new();
+    sim.lines.read_line(&mut line).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let first = (told["event"].as_str(), told["rule"].as_str(), told["position"].as_u64());
+    assert_eq!(first, (Some("finding"), Some("data_with_service_bit"), Some(1)), "{told}");
+    assert!(told["number"].is_u64() && told["time_ns"].is_u64() && told["advice"].is_string(), "{told}");
+    service(&mut client, 1, 0x8200_0000);
+    writeln!(control, r#"{{"verb":"view"}}"#).unwrap();
+    let mut answer = String::new();
+    BufReader::new(control).read_line(&mut answer).unwrap();
+    let view: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let seen = &view["view"]["referee"];
+    assert_eq!(
+        (seen["services"].as_u64(), seen["findings"][0]["count"].as_u64()),
+        (Some(2), Some(2)),
+        "{seen}"
+    );
+    let pid = sim.program.id().to_string();
+    assert!(std::process::Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+    let rest: Vec<serde_json::Value> =
+        sim.lines.lines().map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
+    assert_eq!(sim.program.wait().unwrap().code(), Some(0));
+    let events: Vec<_> = rest.iter().map(|line| line["event"].as_str().unwrap()).collect();
+    assert_eq!(events, ["judged", "served", "stopped"]);
+    let from_file = run(here, &["referee", "bus.csv", "--format", "json"]);
+    let from_file: Vec<serde_json::Value> = String::from_utf8(from_file.stdout)
+        .unwrap()
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .filter(|line: &serde_json::Value| line["rule"].is_string())
+        .collect();
+    assert_eq!(found(&rest[0]), from_file);
+}
+
+// [R33]
+#[test]
+fn a_strict_referee_ends_the_simulation_with_1_and_everything_is_saved() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let files = ["--state", "memories", "--record-bus", "bus.csv"];
+    let sim = Sim::start(here, &[&files[..], &["--referee", "strict"]].concat());
+    let mut client = sim.connect("modbus");
+    right(&mut client, 2, 0xC200_270F);
+    // The ring stops when the encoder has replied: until then the word may still change.
+    write_out(&mut client, 2, 0xC300_000A);
+    let mut program = sim.program;
+    let events: Vec<serde_json::Value> =
+        sim.lines.lines().map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
+    assert_eq!(program.wait().unwrap().code(), Some(1));
+    assert_eq!(
+        (&events[0]["event"], &events[0]["rule"]),
+        (&"finding".into(), &"data_with_service_bit".into())
+    );
+    assert_eq!(judged(here, "bus.csv"), (Some(1), vec!["data_with_service_bit".to_owned()]));
+    let sim = Sim::start(here, &["--state", "memories", "--referee", "off", "--control", "127.0.0.1:0"]);
+    let (mut client, mut control) = (sim.connect("modbus"), sim.connect("control"));
+    assert_eq!(service(&mut client, 2, 0x8200_0000), 0x8200_270F);
+    writeln!(control, r#"{{"verb":"view"}}"#).unwrap();
+    let mut answer = String::new();
+    BufReader::new(control).read_line(&mut answer).unwrap();
+    assert!(answer.contains(r#""referee":null"#), "{answer}");
+    let [served, _] = sim.last_two("-TERM");
+    assert_eq!(served["event"], "served");
+}
+
+#[test]
+fn a_mode_that_there_is_not_is_refused() {
+    let said = refused(Path::new("."), &["sim", "--referee", "loud"]);
+    assert!(
+        said.starts_with("error: invalid value 'loud' for '--referee <MODE>': it must be on, off or strict"),
+        "{said}"
+    );
+}
+
 // [D1]
 #[test]
 fn a_stop_of_the_ring_is_in_the_file_and_a_service_bit_that_stood_through_it_is_named() {
