@@ -2,6 +2,7 @@
 
 mod cause;
 mod chance;
+mod clean;
 mod corpus;
 mod decidable;
 mod device;
@@ -24,6 +25,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use crate::clean::Beside;
 use crate::corpus::Case;
 use crate::score::Score;
 
@@ -57,6 +59,14 @@ enum Command {
         /// Also the most frequent kinds of mistakes, with seeds.
         #[arg(long)]
         misses: bool,
+    },
+    /// Give the diagnosis clean motion at the limits of the data sheet, and count its false alarms.
+    Clean {
+        #[arg(long, default_value_t = 24)]
+        hours: u64,
+        /// Microseconds from row to row; all of 1, 10, 100 ms and 1 s if not given.
+        #[arg(long)]
+        period_us: Option<u64>,
     },
     /// Count the causes of a range of seeds, and how many of them can be told.
     Count {
@@ -99,6 +109,7 @@ fn main() -> ExitCode {
             }
             Ok(())
         }
+        Command::Clean { hours, period_us } => clean(hours, period_us),
         Command::Count { seeds } => {
             count(seeds);
             Ok(())
@@ -119,6 +130,23 @@ fn write(seed: u64, file: &Path) -> io::Result<()> {
     let mut beside = file.as_os_str().to_owned();
     beside.push(".json");
     std::fs::write(beside, format!("{:#}\n", file::truth(&case)))
+}
+
+fn clean(hours: u64, period_us: Option<u64>) -> io::Result<()> {
+    let periods = period_us.map_or_else(|| vec![1_000, 10_000, 100_000, 1_000_000], |period| vec![period]);
+    let mut alarms = 0;
+    for period_us in periods {
+        for beside in [Beside::Nothing, Beside::Model] {
+            let (rows, found) = clean::alarms(period_us, period_us, hours * 3_600, beside);
+            println!(
+                "{hours} h, a row every {period_us} us, told {beside:?}: {rows} rows, {} false alarms",
+                found.len()
+            );
+            found.iter().take(3).for_each(|episode| println!("  {episode:?}"));
+            alarms += found.len();
+        }
+    }
+    if alarms == 0 { Ok(()) } else { Err(io::Error::other(format!("{alarms} false alarms"))) }
 }
 
 fn count(seeds: u64) {

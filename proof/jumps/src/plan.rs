@@ -134,7 +134,7 @@ impl Plan {
 }
 
 /// The largest acceleration and speed [R124]; a rod's manual has none, so its axis is as good as the strongest here.
-fn limits(device: &Device) -> (f64, f64) {
+pub(crate) fn limits(device: &Device) -> (f64, f64) {
     match device.kind {
         Kind::Shaft => (10_000.0 * device.native as f64 * RADIAN, 100.0 * device.native as f64),
         Kind::Rod => (20.0e6, 2.0e6),

@@ -69,7 +69,17 @@ impl Scene {
     /// Whether a jump of so many steps can be the motion of the axis. What the axis can do is learned from the same rows, so a
     /// jump must be three times as large as what motion can hide.
     pub(crate) fn hides(&self, jump: f64) -> bool {
-        jump.abs() <= 3.0 * self.motion() || self.loses_count()
+        self.kept(jump) <= 3.0 * self.motion() || self.loses_count()
+    }
+
+    /// What the column keeps of a jump: of 16 bits nothing is left of a whole 65536.
+    fn kept(&self, jump: f64) -> f64 {
+        let jump = jump.abs();
+        if self.column != Column::Low16 {
+            return jump;
+        }
+        let part = jump % 65_536.0;
+        part.min(65_536.0 - part)
     }
 
     /// Whether half of the positions can be passed from row to row: where the axis was in between is then unknown.

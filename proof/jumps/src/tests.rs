@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::cause::{CAUSES, Cause};
+use crate::clean::{Beside, alarms};
 use crate::corpus::Case;
 use crate::file;
 use crate::report::{Wanted, goals, misses};
@@ -53,5 +54,19 @@ fn the_diagnosis_of_300_recordings_is_as_good_as_it_was() {
         };
         let seen = format!("{} {}: {} of {}, floor {floor}", goal.percent(), goal.what, goal.hits, goal.of);
         assert!(goal.of > 0 && reached, "{seen}\n{}", misses(&score));
+    }
+}
+
+/// Part of a day; `.ci/long` has the whole.
+#[test]
+fn clean_motion_at_the_limits_of_the_data_sheet_is_no_false_alarm() {
+    for (period_us, seconds) in
+        [(500, 30), (1_000, 120), (10_000, 600), (100_000, 3_600), (1_000_000, 36_000)]
+    {
+        for beside in [Beside::Nothing, Beside::Model] {
+            let (rows, found) = alarms(period_us, period_us, seconds, beside);
+            assert!(rows >= 36_000);
+            assert!(found.is_empty(), "seed {period_us}, {beside:?}: {found:#?}");
+        }
     }
 }
