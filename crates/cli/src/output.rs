@@ -1,5 +1,6 @@
 //! How every command ends and prints: the two formats, the exit codes, and pipes that close early.
 
+use std::borrow::Cow;
 use std::io;
 use std::process::ExitCode;
 
@@ -139,5 +140,16 @@ pub(crate) fn print_json<V: serde::Serialize>(view: &V) -> io::Result<()> {
 /// A line on standard error; if that is closed there is nobody to tell.
 pub(crate) fn note(line: &str) {
     use io::Write;
-    let _ = writeln!(io::stderr(), "{line}");
+    let _ = writeln!(io::stderr(), "{}", without_numbers(line));
+}
+
+/// What the system said, without the numbers of its errors that the standard library writes behind.
+fn without_numbers(line: &str) -> Cow<'_, str> {
+    let Some((before, rest)) = line.split_once(" (os error ") else { return line.into() };
+    match rest.split_once(')') {
+        Some((number, rest)) if number.bytes().all(|digit| digit.is_ascii_digit()) => {
+            format!("{before}{}", without_numbers(rest)).into()
+        }
+        _ => line.into(),
+    }
 }

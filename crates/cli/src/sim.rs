@@ -113,7 +113,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     faults: Faults,
     /// Add an SSI reader to the encoder at POSITION: KHZ clock rate, CLOCKS a transfer, EVERY from transfer to transfer
-    /// (repeatable)
+    /// (repeatable); behind that ,bits=N and ,code=gray for one that is set otherwise than the encoder
     #[arg(long = "ssi", value_name = "POSITION=KHZ,CLOCKS,EVERY")]
     readers: Vec<PlacedReader>,
     /// Make the Modbus server misbehave (repeatable; kinds below)

@@ -30,6 +30,43 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Misfit> {
     })
 }
 
+/// The same, with hexadecimal numbers of the tables of one name as the text that was typed, so that they keep their base.
+///
+/// # Errors
+/// [`Misfit`].
+pub fn parse_as_typed<T: DeserializeOwned>(text: &str, table: &str) -> Result<T, Misfit> {
+    let Ok(mut whole) = DeTable::parse(text) else { return parse(text) };
+    keep_typed(whole.get_mut(), table, Within::Other);
+    T::deserialize(toml::Deserializer::from(whole)).or_else(|_| parse(text))
+}
+
+/// Whether a table is in one whose numbers keep their base.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Within {
+    Typed,
+    Other,
+}
+
+fn keep_typed(table: &mut DeTable<'_>, name: &str, within: Within) {
+    for (key, value) in table.iter_mut() {
+        let within = if key.get_ref() == name { Within::Typed } else { within };
+        keep_typed_value(value.get_mut(), name, within);
+    }
+}
+
+fn keep_typed_value(value: &mut DeValue<'_>, name: &str, within: Within) {
+    match value {
+        DeValue::Table(table) => keep_typed(table, name, within),
+        DeValue::Array(items) => {
+            items.iter_mut().for_each(|item| keep_typed_value(item.get_mut(), name, within));
+        }
+        DeValue::Integer(number) if within == Within::Typed && number.radix() == 16 => {
+            *value = DeValue::String(number.to_string().into());
+        }
+        _ => {}
+    }
+}
+
 /// The first line that brings an error for which the parser names no place.
 fn first_line_with(text: &str, message: &str) -> Option<usize> {
     let brings = |end: usize| {

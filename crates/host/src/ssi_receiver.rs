@@ -88,7 +88,7 @@ impl SsiTransfer {
     }
 }
 
-/// FieldBits that came, displayed as `0` and `1`.
+/// Bits that came, displayed as `0` and `1`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FieldBits {
     field: u32,
@@ -97,7 +97,12 @@ pub struct FieldBits {
 
 impl fmt::Display for FieldBits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        (0..self.count).rev().try_for_each(|bit| write!(f, "{}", self.field >> bit & 1))
+        let mut digits = [b'0'; u32::BITS as usize];
+        for (place, digit) in digits.iter_mut().rev().enumerate() {
+            *digit |= (self.field >> place & 1) as u8;
+        }
+        let came = digits.len().saturating_sub(usize::from(self.count));
+        f.pad(str::from_utf8(digits.get(came..).unwrap_or_default()).unwrap_or_default())
     }
 }
 
@@ -162,7 +167,7 @@ struct Running {
 struct Taken {
     /// Before the first bit: High, unless something is wrong.
     rest: Option<Level>,
-    /// FieldBits after it, of the field and after the field.
+    /// Bits after it, of the field and after the field.
     bits: u32,
     field: u32,
     /// A bit was Low.

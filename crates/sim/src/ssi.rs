@@ -3,11 +3,11 @@
 //! The reader drives Clock+ in virtual time, the encoder answers edge by edge, and `host::ssi_receiver` takes what
 //! comes back. What troubles the line between them stands between the two.
 
-use std::collections::VecDeque;
-use std::fmt;
-use std::str::FromStr;
+mod settings;
 
-use encoring_host::ssi_receiver::{SsiReceiver, SsiTransfer, TakenAt};
+use std::collections::VecDeque;
+
+use encoring_host::ssi_receiver::{SsiReceiver, SsiTransfer};
 use encoring_ring::image::SsiShown;
 use encoring_words::ssi_frame::{Level, MONO_PERIOD, SsiFormat};
 use encoring_words::{Duration, Instant};
@@ -15,137 +15,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::fault::{PER_MILLION, SsiTrouble};
-use crate::span;
 
-/// The clock rate of a reader in hertz, from and to. The encoder guarantees less of it.
-pub const READER_HZ: (u32, u32) = (1_000, 10_000_000);
-
-/// The most clocks of a transfer.
-pub const READER_CLOCKS_MAX: u32 = 1_000;
-
-/// How a reader reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SsiSettings {
-    hz: u32,
-    clocks: u32,
-    every: Duration,
-    taken_at: TakenAt,
-}
-
-impl SsiSettings {
-    /// A reader with this clock rate, so many clocks a transfer, and a transfer every so often.
-    ///
-    /// # Errors
-    /// What is out of its limits, and these.
-    pub fn new(hz: u32, clocks: u32, every: Duration, taken_at: TakenAt) -> Result<Self, String> {
-        let (low, high) = READER_HZ;
-        if !(low..=high).contains(&hz) {
-            let limits = format!("{} to {}", Khz(low), Khz(high));
-            return Err(format!("a clock of {} kHz; a reader has {limits} kHz", Khz(hz)));
-        }
-        if !(1..=READER_CLOCKS_MAX).contains(&clocks) {
-            return Err(format!("{clocks} clocks; a transfer has 1 to {READER_CLOCKS_MAX}"));
-        }
-        let settings = Self { hz, clocks, every, taken_at };
-        let least = Duration(settings.period() * u64::from(clocks)) + MONO_PERIOD;
-        if every < least {
-            let told = format!("{clocks} clocks at {} kHz and the pause of 20 us take {least}", Khz(hz));
-            return Err(format!("a transfer every {every}; {told}"));
-        }
-        Ok(settings)
-    }
-
-    /// Nanoseconds of a clock period, so that the clock is never faster than told.
-    fn period(self) -> u64 {
-        1_000_000_000_u64.div_ceil(u64::from(self.hz.max(1)))
-    }
-
-    /// Clock rate in hertz.
-    #[must_use]
-    pub const fn hz(self) -> u32 {
-        self.hz
-    }
-
-    /// Clocks of a transfer.
-    #[must_use]
-    pub const fn clocks(self) -> u32 {
-        self.clocks
-    }
-
-    /// From the beginning of a transfer to that of the next.
-    #[must_use]
-    pub const fn every(self) -> Duration {
-        self.every
-    }
-
-    /// At which edge it takes the data.
-    #[must_use]
-    pub const fn taken_at(self) -> TakenAt {
-        self.taken_at
-    }
-}
-
-/// Hertz as kilohertz, without trailing zeros.
-struct Khz(u32);
-
-impl fmt::Display for Khz {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (whole, rest) = (self.0 / 1_000, self.0 % 1_000);
-        let decimals = format!("{rest:03}");
-        match decimals.trim_end_matches('0') {
-            "" => write!(f, "{whole}"),
-            decimals => write!(f, "{whole}.{decimals}"),
-        }
-    }
-}
-
-/// A reader with its place, `POSITION=KHZ,CLOCKS,EVERY` as `2=500,25,10ms`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PlacedReader {
-    /// The ring position of its encoder.
-    pub position: usize,
-    /// How it reads.
-    pub settings: SsiSettings,
-}
-
-impl fmt::Display for PlacedReader {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { position, settings: SsiSettings { hz, clocks, every, .. } } = self;
-        write!(f, "{position}={},{clocks},{}", Khz(*hz), span::written(*every))
-    }
-}
-
-impl FromStr for PlacedReader {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let form = || "write POSITION=KHZ,CLOCKS,EVERY, as 2=500,25,10ms".to_owned();
-        let (position, rest) = text.split_once('=').ok_or_else(form)?;
-        let mut parts = rest.splitn(3, ',').map(str::trim);
-        let (Some(khz), Some(clocks), Some(every)) = (parts.next(), parts.next(), parts.next()) else {
-            return Err(form());
-        };
-        let whole = |what: &str, text: &str| format!("{what} \"{text}\"; a whole number; {}", form());
-        let position = position.trim();
-        let position = crate::fault::digits(position).ok_or_else(|| whole("position", position))?;
-        let clocks = crate::fault::digits(clocks).ok_or_else(|| whole("clocks", clocks))?;
-        let hz = hertz(khz).ok_or_else(|| format!("clock \"{khz}\"; kHz as 500 or 62.5; {}", form()))?;
-        let every = span::read(every).map_err(|problem| format!("every \"{every}\": {problem}"))?;
-        let settings = SsiSettings::new(hz, clocks, every, TakenAt::default())?;
-        Ok(Self { position, settings })
-    }
-}
-
-/// Kilohertz with up to three decimals.
-fn hertz(khz: &str) -> Option<u32> {
-    let (whole, decimals) = khz.split_once('.').unwrap_or((khz, "0"));
-    if decimals.len() > 3 {
-        return None;
-    }
-    let whole: u32 = crate::fault::digits(whole)?;
-    let decimals: u32 = crate::fault::digits(&format!("{decimals:0<3}"))?;
-    whole.checked_mul(1_000)?.checked_add(decimals)
-}
+pub use settings::{PlacedReader, READER_CLOCKS_MAX, READER_HZ, SsiCard, SsiSettings};
 
 /// The encoder at the other end of the line.
 pub(crate) trait Clocked {
@@ -311,7 +182,7 @@ impl SsiReader {
     fn new(settings: SsiSettings, now: Instant, before: Option<&Self>) -> Self {
         Self {
             settings,
-            begins: now + settings.every,
+            begins: now + settings.every(),
             edges: 0,
             receiver: None,
             clock: Level::High,
@@ -355,8 +226,7 @@ impl SsiReader {
 
     /// What comes next, and when.
     fn next(&self) -> (Instant, Next) {
-        let period = self.settings.period();
-        let SsiSettings { clocks, .. } = self.settings;
+        let (period, clocks) = (self.settings.period(), self.settings.clocks());
         let fall = |pulse: u32| self.begins + Duration(u64::from(pulse) * period);
         let pulse = self.edges / 2;
         let own = if pulse >= clocks {
@@ -400,8 +270,9 @@ impl SsiReader {
             if !self.pulse.lost {
                 encoder.ssi_clock(at, clock);
             }
-            let receiver = SsiReceiver::new(encoder.ssi_format(), self.settings.taken_at);
-            self.receiver = Some(receiver.expecting(self.settings.clocks));
+            let format = self.settings.card().reads(encoder.ssi_format());
+            let receiver = SsiReceiver::new(format, self.settings.taken_at());
+            self.receiver = Some(receiver.expecting(self.settings.clocks()));
             self.clock = Level::High;
             self.tell(Instant::ZERO, trouble);
         } else if !self.pulse.lost {
@@ -448,6 +319,6 @@ impl SsiReader {
         }
         self.pulse = Pulse::default();
         self.edges = 0;
-        self.begins = self.begins + self.settings.every;
+        self.begins = self.begins + self.settings.every();
     }
 }

@@ -3,14 +3,17 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{Ring, device, scenario, set};
 use encoring_host::ssi_receiver::{SsiFault, SsiTransfer, TakenAt};
 use encoring_sim::replay::{compare, play};
 use encoring_sim::scenario::Change;
-use encoring_sim::ssi::{PlacedReader, SsiSettings};
+use encoring_sim::ssi::{PlacedReader, SsiCard, SsiSettings};
 use encoring_sim::{Fault, Node, Scenario};
 use encoring_trace::RowKind;
 use encoring_words::Duration;
+use encoring_words::parameter::Code;
 use proptest::prelude::*;
 
 /// A CE-65-M that stands, with these SSI values accepted, and a reader with so many clocks every millisecond.
@@ -240,6 +243,55 @@ fn an_encoder_that_the_reader_switched_on_still_ignores_a_service_bit_that_stood
     ring.supply(0, 24_000);
     ring.cycles(200);
     assert_eq!(ring.input[0], 1_000, "no preset");
+}
+
+// [R113, R114, R117, R119]
+#[test]
+fn a_reader_that_is_set_otherwise_than_the_encoder_shows_what_such_a_card_shows() {
+    // Programmed values, bits and code of the card, its clocks, what it reads and what is wrong.
+    let cards = [
+        (0x0_0018, None, None, 25, Ok(9_999)),
+        (0x0_0018, Some(24), Some(Code::Binary), 25, Ok(9_999)),
+        (0x0_0018, None, Some(Code::Gray), 25, Ok(0x3A0A)),
+        (0x0_0118, None, Some(Code::Binary), 25, Ok(0x3488)),
+        // One bit too few halves the position, and the bit behind it is High; one too many doubles it.
+        (0x0_0018, Some(23), None, 24, Err(SsiFault::TrailingHigh)),
+        (0x0_0018, Some(25), None, 26, Ok(19_998)),
+        // AK-40 as 31 plain bits, and with the parity as a bit of the position.
+        (0x0_001F, Some(31), None, 33, Err(SsiFault::TrailingHigh)),
+        (0x0_001F, Some(32), None, 33, Ok(0x4E1F)),
+        (0x1_0018, Some(24), None, 51, Err(SsiFault::TrailingHigh)),
+    ];
+    for (values, bits, code, clocks, expected) in cards {
+        let mut ring = reading(9_999, values, 500, clocks, "");
+        let settings = ring.world.places()[0].ssi().unwrap().settings();
+        let settings = settings.reading_as(SsiCard { bits, code }).unwrap();
+        ring.world.change(0, &[Change::Ssi(Some(settings))]);
+        let transfer = next(&mut ring);
+        let seen = transfer.fault.map_or_else(|| Ok(transfer.position().unwrap()), Err);
+        assert_eq!(seen, expected, "{values:05X}h, {bits:?}, {code:?}");
+    }
+}
+
+#[test]
+fn what_a_reader_is_set_to_is_written_behind_its_period_and_in_its_table() {
+    let refused = |text: &str| text.parse::<PlacedReader>().unwrap_err();
+    let reader: PlacedReader = "2=500,25,10ms, bits=20, code=GRAY".parse().unwrap();
+    assert_eq!(reader.to_string(), "2=500,25,10ms,bits=20,code=gray");
+    assert_eq!(reader.settings.card(), SsiCard { bits: Some(20), code: Some(Code::Gray) });
+    assert_eq!(refused("2=500,25,10ms,bits=33"), "33 bits; a reader takes 8 to 32");
+    let unknown = "behind the period may stand bits=24 and code=binary or code=gray";
+    for part in ["24", "bits=", "bits=24,bits=24", "code=grey", ""] {
+        assert!(refused(&format!("2=500,25,10ms,{part}")).ends_with(unknown), "{part}");
+    }
+    let scenario = |more: &str| {
+        let ssi = format!("ssi = {{ khz = 500, clocks = 25, every_ms = 10, {more} }}");
+        Scenario::parse("ring.toml", &format!("version = 1\n{}", device(0, "ce-65-m", &ssi)), Path::new("."))
+    };
+    let read = scenario("bits = 20, code = \"gray\"").unwrap().devices[0].ssi.unwrap();
+    assert_eq!(read, reader.settings);
+    let problem = scenario("bits = 7").unwrap_err().to_string();
+    assert!(problem.contains("7 bits; a reader takes 8 to 32"), "{problem}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use encoring_host::ssi_receiver::SsiFault;
 use encoring_ring::{ProcessImage, Verdict};
 use encoring_sim::World;
 use encoring_sim::ssi::SsiReader;
-use encoring_words::parameter::PARAMETERS;
+use encoring_words::parameter::{Code, PARAMETERS};
 use encoring_words::{ErrorStatus, InWord, Model, OutWord, ParameterSet};
 use serde::Serialize;
 
@@ -118,6 +118,10 @@ pub struct SsiView {
     pub clocks: u32,
     /// From the beginning of a transfer to that of the next, in nanoseconds.
     pub every_ns: u64,
+    /// Bits that it is set to; `None`: as the encoder sends.
+    pub bits: Option<u8>,
+    /// Code that it is set to; `None`: as the encoder sends.
+    pub code: Option<&'static str>,
     /// Transfers so far.
     pub count: u64,
     /// When the last one was over; `None` before the first one was.
@@ -138,6 +142,8 @@ impl SsiView {
             clock_hz: settings.hz(),
             clocks: settings.clocks(),
             every_ns: settings.every().as_nanos(),
+            bits: settings.card().bits,
+            code: settings.card().code.map(Code::name),
             count: reader.count(),
             time_ns: read.map(|read| read.at.as_nanos()),
             field: read.map(|read| read.transfer.bits().to_string()),

@@ -2,12 +2,13 @@
 
 use std::io::{self, Read, Write};
 use std::iter::{self, FusedIterator};
+use std::mem;
 
 use crate::columns::{Column, Doubt, ROW_NS, Row, RowKind, Style};
 use crate::error::{Error, Problem};
 use crate::header::{self, DeviceLine, Recording};
 use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
-use crate::table::{DECIMAL_POINT, Table, TableLayout, head};
+use crate::table::{DECIMAL_POINT, Seen, Table, TableLayout, head};
 use crate::text::Text;
 
 /// How the comment begins that tells an edge of the SSI clock.
@@ -73,16 +74,22 @@ impl<R: Read> Reader<R> {
         }
         let rows = match ours {
             Some(columns) if *layout == TableLayout::default() => {
-                let piece = recording.is_some().then_some(None);
-                Rows::Ours(Box::new(Trace {
-                    lines,
-                    columns,
-                    previous_ns: None,
-                    doubt: Doubt::Nothing,
-                    piece,
-                }))
+                let header = Seen::last_of(&lines);
+                // A recording has no row of units, and what it says between its rows is read with them.
+                let ahead = recording.is_none() && lines.advance_to_row()?;
+                if ahead && head::has_units_below(&header.text, lines.line()) {
+                    let seen = vec![header, Seen::last_of(&lines)];
+                    Rows::Foreign(Box::new(Table::open(lines, seen, layout)?))
+                } else {
+                    let piece = recording.is_some().then_some(None);
+                    let doubt = Doubt::Nothing;
+                    Rows::Ours(Box::new(Trace { lines, columns, ahead, previous_ns: None, doubt, piece }))
+                }
             }
-            _ => Rows::Foreign(Box::new(Table::open(lines, layout)?)),
+            _ => {
+                let seen = vec![Seen::last_of(&lines)];
+                Rows::Foreign(Box::new(Table::open(lines, seen, layout)?))
+            }
         };
         Ok(Self { rows, recording, ended: false })
     }
@@ -144,6 +151,8 @@ impl<R: Read> FusedIterator for Reader<R> {}
 struct Trace<R> {
     lines: Lines<Text<R>>,
     columns: Vec<Column>,
+    /// The line is the first row.
+    ahead: bool,
     previous_ns: Option<u64>,
     doubt: Doubt,
     /// Of a recording the line of a last row without its end, once it was seen.
@@ -154,7 +163,7 @@ impl<R: Read> Trace<R> {
     /// Reads the next row into one that is new; `false` behind the last.
     fn row(&mut self, row: &mut Row) -> Result<bool, Error> {
         let kind = loop {
-            if !self.lines.advance(LINE_LIMIT)? {
+            if !mem::take(&mut self.ahead) && !self.lines.advance(LINE_LIMIT)? {
                 return Ok(false);
             }
             match self.lines.line() {

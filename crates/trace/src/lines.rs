@@ -38,6 +38,16 @@ impl<R: Read> Lines<R> {
         if self.line.len() > limit { Err(self.error(None, Problem::TooLong { limit })) } else { Ok(true) }
     }
 
+    /// Goes to the next line that is not blank and no comment; false at the end of the file.
+    pub(crate) fn advance_to_row(&mut self) -> Result<bool, Error> {
+        while self.advance(LINE_LIMIT)? {
+            if is_header_or_row(&self.line) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
     /// Takes a line with its end, or so many bytes of it. As [`BufRead::read_until`], whose search is slower.
     fn fill(&mut self, most: usize) -> io::Result<()> {
         while self.line.len() < most {

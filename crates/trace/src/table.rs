@@ -5,6 +5,7 @@
 
 pub(crate) mod head;
 mod layout;
+mod look;
 mod names;
 mod source;
 mod time;
@@ -13,15 +14,17 @@ use std::io::{self, BufReader, Cursor, Read};
 
 use encoring_words::number::{self, Bare};
 
-use self::head::{Head, LINES_MAX};
+use self::head::Head;
 pub use self::layout::{Columns, TableLayout};
+pub(crate) use self::look::Seen;
+use self::look::{again, look};
 use self::names::{Half, Meaning, Recognised, Word, recognise};
 use self::source::{ROW_LIMIT, Rows};
 use self::time::{Commas, Scale, Unit};
 use crate::columns::{Column, Doubt, Input, ROW_NS, Row, Style};
 use crate::decimal::Decimal;
 use crate::error::{Error, Problem, excerpt};
-use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
+use crate::lines::Lines;
 use crate::text::Text;
 
 /// What to say of a decimal comma in a cell that a comma ends.
@@ -55,9 +58,13 @@ pub(crate) struct Table<R> {
 }
 
 impl<R: Read> Table<R> {
-    /// Begins at the line of `lines`, which is the first that is not blank and no comment.
-    pub(crate) fn open(mut lines: Lines<Text<R>>, layout: &TableLayout) -> Result<Self, Error> {
-        let (head, seen) = look(&mut lines, layout)?;
+    /// Begins with lines that were read from `lines`, the first ones that are not blank and no comment.
+    pub(crate) fn open(
+        mut lines: Lines<Text<R>>,
+        seen: Vec<Seen>,
+        layout: &TableLayout,
+    ) -> Result<Self, Error> {
+        let (head, seen) = look(&mut lines, seen, layout)?;
         let wrong = |(column, problem): Misfit| {
             let column = column.map(|index| head.label(index));
             lines.error_at(seen.get(head.at).map(|seen| seen.number), column, problem)
@@ -290,56 +297,6 @@ impl<R: Read> Table<R> {
         }
         u64::try_from(time_ns).map_err(|_| wrong("too large a time".to_owned()))
     }
-}
-
-/// A line that was looked at for the header.
-struct Seen {
-    number: u64,
-    text: Vec<u8>,
-}
-
-/// Looks for the head, as far as it must.
-fn look<R: Read>(lines: &mut Lines<Text<R>>, layout: &TableLayout) -> Result<(Head, Vec<Seen>), Error> {
-    let now = |lines: &Lines<Text<R>>| Seen { number: lines.number(), text: lines.line().to_vec() };
-    let mut seen = vec![now(lines)];
-    let mut ended = false;
-    loop {
-        let texts: Vec<_> = seen.iter().map(|seen| seen.text.as_slice()).collect();
-        match head::find(&texts, layout.columns.as_ref(), ended) {
-            Ok(Some(head)) => return Ok((head, seen)),
-            Ok(None) if seen.len() < LINES_MAX && lines.advance(LINE_LIMIT)? => {
-                if is_header_or_row(lines.line()) {
-                    seen.push(now(lines));
-                }
-            }
-            Ok(None) => ended = true,
-            Err((at, problem)) => {
-                return Err(lines.error_at(seen.get(at).map(|seen| seen.number), None, problem));
-            }
-        }
-    }
-}
-
-/// The text of the rows that were looked at, with blank lines for those that were skipped; and the number of lines
-/// before it.
-fn again<R: Read>(rows: &[Seen], lines: &Lines<Text<R>>) -> (u64, Vec<u8>) {
-    let Some(from) = rows.first().map(|row| row.number) else { return (lines.number(), Vec::new()) };
-    let mut text = Vec::new();
-    let mut next = from;
-    let blank = |text: &mut Vec<u8>, count: u64| {
-        text.resize(text.len() + usize::try_from(count).unwrap_or_default(), b'\n');
-    };
-    for row in rows {
-        blank(&mut text, row.number - next);
-        text.extend_from_slice(&row.text);
-        text.push(b'\n');
-        next = row.number + 1;
-    }
-    blank(&mut text, (lines.number() + 1).saturating_sub(next));
-    if !lines.is_ended() {
-        text.pop();
-    }
-    (from - 1, text)
 }
 
 fn is_blank(record: &csv::ByteRecord) -> bool {

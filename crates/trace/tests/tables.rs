@@ -230,3 +230,50 @@ fn a_refused_table_says_where_why_and_what_to_type() {
         assert_eq!(error.to_string(), format!("a.csv {expected}"), "{file}");
     }
 }
+
+#[test]
+fn a_row_of_units_may_stand_below_a_header_of_ours_too() {
+    let trace = "time_us,out,in\n0,00000000,000003E8\n1000,00000000,000003E9\n";
+    let rows = |text: &str| {
+        let reader = Reader::new("t.csv", text.as_bytes()).unwrap();
+        let assumed = reader.assumed().map(str::to_owned);
+        (
+            reader
+                .map(|row| {
+                    let row = row.unwrap();
+                    (row.time_ns, row.out, row.input)
+                })
+                .collect::<Vec<_>>(),
+            assumed,
+        )
+    };
+    let (expected, ours) = rows(trace);
+    assert_eq!(ours, None, "a header as we write it is assumed nothing of");
+    for units in ["us,,", "(us),(),()", "[\u{b5}s],,", "# a remark\n\n(us),,"] {
+        let (found, assumed) = rows(&trace.replacen('\n', &format!("\n{units}\n"), 1));
+        assert_eq!(found, expected, "{units}");
+        let assumed = assumed.unwrap();
+        assert!(
+            assumed.contains("time in us") && assumed.contains("the row below the names has units"),
+            "{assumed}"
+        );
+    }
+    let other = trace.replacen('\n', "\n(ms),,\n", 1);
+    assert_eq!(
+        Reader::new("t.csv", other.as_bytes()).unwrap_err().to_string(),
+        "t.csv line 1, column \"time_us\": a time in us, and the row of units below says ms; correct one of them"
+    );
+}
+
+#[test]
+fn a_head_is_found_behind_many_lines_and_each_is_looked_at_once() {
+    // As many lines as may stand before a header, of the kind that may be one.
+    let mut table = "out of order,a,b\nIN,OUT\n".repeat(99);
+    table += "Time [ms],IN\n0,000003E8\n";
+    let mut reader = Reader::new("t.csv", table.as_bytes()).unwrap();
+    let row = reader.next().unwrap().unwrap();
+    assert_eq!((row.line, row.time_ns), (200, 0));
+    let long = format!("{}\n", "IN,".repeat(20_000)).repeat(300);
+    let refused = Reader::new("t.csv", long.as_bytes()).unwrap_err();
+    assert_eq!(refused.line, 1, "{refused}");
+}

@@ -8,7 +8,7 @@ use core::fmt;
 use crate::Model;
 use crate::model::Takes;
 use crate::number::{self, NumberError, TypedValue};
-use crate::parameter::Parameter;
+use crate::parameter::{Code, Parameter};
 use crate::word::DATA_MAX;
 
 /// A byte of a parameter that has a meaning of its own.
@@ -85,7 +85,7 @@ impl ParameterPart {
     pub const fn words(self) -> Option<[&'static str; 2]> {
         match self {
             Self::Direction => Some(["rising", "falling"]),
-            Self::PositionCode | Self::SsiCode => Some(["binary", "gray"]),
+            Self::PositionCode | Self::SsiCode => Some([Code::Binary.name(), Code::Gray.name()]),
             Self::SsiRepetition => Some(["false", "true"]),
             Self::SsiBits => None,
         }

@@ -47,6 +47,21 @@ impl Code {
         if byte == 0 { Self::Binary } else { Self::Gray }
     }
 
+    /// Its name in files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Binary => "binary",
+            Self::Gray => "gray",
+        }
+    }
+
+    /// The code of a name, upper or lower case.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        [Self::Binary, Self::Gray].into_iter().find(|code| code.name().eq_ignore_ascii_case(name))
+    }
+
     /// `value` in this code.
     #[must_use]
     pub const fn encode(self, value: u32) -> u32 {

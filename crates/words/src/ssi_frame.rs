@@ -47,7 +47,7 @@ pub const REPETITION_PULSES: u8 = 26;
 const REPETITION_BITS: u8 = 24;
 
 /// The fewest and the most data bits [R105].
-const DATA_BITS: (u8, u8) = (8, 32);
+pub const DATA_BITS: (u8, u8) = (8, 32);
 
 /// How the bits of a transfer are laid out: the same for the device that sends and for who receives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +80,13 @@ impl SsiFormat {
         if bits == AK40_BITS && firmware.knows_ak40() {
             return Self { code: Code::Binary, bits: AK40_BITS + 1, check: SsiCheck::OddParity };
         }
+        Self::plain(bits, code)
+    }
+
+    /// So many bits and nothing beside them, as cards that know no AK-40 and no repetition take them. A number that no
+    /// service stores counts as the nearest that one does.
+    #[must_use]
+    pub const fn plain(bits: u8, code: Code) -> Self {
         let (fewest, most) = DATA_BITS;
         let bits = match bits {
             few if few < fewest => fewest,

@@ -89,7 +89,7 @@ impl ParameterFile {
     /// [`ParameterFileError`] naming the place.
     pub fn parse(file: &str, text: &str) -> Result<Self, ParameterFileError> {
         let read = version(text)
-            .and_then(|()| toml_text::parse::<FileTable>(text))
+            .and_then(|()| toml_text::parse_as_typed::<FileTable>(text, "parameters"))
             .and_then(|table| Self::of(table).map_err(|wrong| wrong.in_text(text)));
         read.map_err(|Misfit { line, problem }| ParameterFileError { file: file.to_owned(), line, problem })
     }
@@ -408,7 +408,10 @@ mod tests {
         assert!(text.contains("ssi_values = { bits = 25, code = \"binary\", repetition = false }"), "{text}");
         for (wrong, told) in [
             ("numerator = \"000018\"", "numerator = \"000018\": 000018: 18, or 18h = 24; write one of them"),
-            ("numerator = \"12345h\"", "numerator = 12345h; allowed are 0h to FFFFh"),
+            ("numerator = \"12345h\"", "numerator = 12345h; allowed are 1h to FFFFh"),
+            ("numerator = 0x1_0000", "numerator = 10000h; allowed are 1h to FFFFh"),
+            ("numerator = 70000", "numerator = 70000; allowed are 1 to 65535"),
+            ("ssi_values = { bits = 0x21 }", "ssi_values = 21h; allowed are 8h to 20h"),
             ("ssi_values = { bits = 33 }", "ssi_values = 33; allowed are 8 to 32"),
             ("ssi_values = { bits = \"21h\" }", "ssi_values = 21h; allowed are 8h to 20h"),
             (

@@ -1,5 +1,6 @@
 //! The values of a file: which parameter, and what it may hold.
 
+use encoring_host::request::{Request, RequestError};
 use encoring_words::change::{ParameterChange, ParameterPart};
 use encoring_words::number::TypedValue;
 use encoring_words::parameter::{PARAMETERS, Parameter, ParameterSet};
@@ -31,17 +32,19 @@ pub(crate) fn legal_change(
     // The parts that stay are legal, whatever they are.
     let others = ParameterSet::factory(model, model.usual_sensor()).value(parameter);
     let typed = change.of(others);
-    match parameter.normalise(model, typed.number) {
+    // What an encoder stores may stand in a file, also what it shows an error for; the limits are those of a request.
+    if parameter.normalise(model, typed.number).is_ok() {
+        return Ok((parameter, change.completed(parameter, model)));
+    }
+    match Request::write(model, parameter, typed) {
         Ok(_) => Ok((parameter, change.completed(parameter, model))),
-        Err(refused) => {
+        Err(RequestError::Range { typed: decided, low, high, .. }) => {
             // Of service 0D only a part decides.
-            let part = match typed.like(refused.value) {
-                bits if bits != typed => format!(" has {bits} bits"),
-                _ => String::new(),
-            };
-            let (low, high) = (typed.like(refused.low), typed.like(refused.high));
+            let part = if decided == typed { String::new() } else { format!(" has {decided} bits") };
+            let (low, high) = (typed.like(low), typed.like(high));
             Err(format!("{name} = {typed}{part}; allowed are {low} to {high}"))
         }
+        Err(refused) => Err(format!("{name} = {typed}: {refused}")),
     }
 }
 

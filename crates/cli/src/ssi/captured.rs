@@ -2,12 +2,16 @@
 
 use std::fs::File;
 use std::io::{self, Write};
+use std::mem;
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
 use std::path::PathBuf;
+use std::sync::mpsc::{self, SyncSender};
+use std::thread;
 
 use clap::Args;
 use encoring_host::ssi_lines::{LinesFound, SSI_LINES_MAX, SsiLines};
-use encoring_trace::capture::{Capture, CaptureEnd, CaptureError};
+use encoring_trace::capture::{Capture, CaptureChange, CaptureEnd, CaptureError};
 use encoring_words::Instant;
 use encoring_words::ssi_frame::Level;
 use indicatif::ProgressBarIter;
@@ -18,6 +22,12 @@ use crate::output::{Failure, bad_input, note};
 
 /// Changes that are looked at to find the lines.
 const LOOKED_AT: u64 = 1_000_000;
+
+/// Changes that are handed on at once.
+const BATCH: usize = 4096;
+
+/// So many times as many may be read before they are taken.
+const AHEAD: usize = 4;
 
 /// Which capture, and what in it.
 #[derive(Args, Debug, Clone)]
@@ -171,20 +181,40 @@ fn found(capture: &mut Capture<Source>, file: &str, interrupt: &Interrupt) -> Re
 }
 
 impl Captured {
-    /// Tells both lines at every change, until a signal comes.
+    /// Tells both lines at every change, until a signal comes. The file is read beside that.
     pub(crate) fn levels(
         &mut self,
         mut each: impl FnMut(Levels) -> ControlFlow<()>,
     ) -> Result<CaptureEnd, CaptureError> {
-        let Self { capture, lines, interrupt } = self;
-        capture.changes(lines, |change| {
-            if interrupt.is_interrupted() {
-                return ControlFlow::Break(());
-            }
-            let level = |bit: u32| Level::from_bit((change.high >> bit) as u32);
-            let known = (change.known & 0b11 == 0b11).then(|| (level(0), level(1)));
-            each(Levels { at: Instant(change.time_ns), clock_and_data: known })
+        thread::scope(|scope| {
+            let (hand_on, batches) = mpsc::sync_channel(AHEAD);
+            let reading = scope.spawn(move || self.read(hand_on));
+            let level = |bits: u64, bit: u32| Level::from_bit((bits >> bit) as u32);
+            let _ = batches.iter().flatten().try_for_each(|CaptureChange { time_ns, high, known }| {
+                let known = (known & 0b11 == 0b11).then(|| (level(high, 0), level(high, 1)));
+                each(Levels { at: Instant(time_ns), clock_and_data: known })
+            });
+            drop(batches);
+            reading.join().unwrap_or_else(|panic| resume_unwind(panic))
         })
+    }
+
+    /// Reads the changes of both lines, as long as somebody takes them.
+    fn read(&mut self, hand_on: SyncSender<Vec<CaptureChange>>) -> Result<CaptureEnd, CaptureError> {
+        let Self { capture, lines, interrupt } = self;
+        let mut batch = Vec::new();
+        let end = capture.changes(lines, |change| {
+            batch.push(change);
+            let is_taken = batch.len() < BATCH || hand_on.send(mem::take(&mut batch)).is_ok();
+            if is_taken && !interrupt.is_interrupted() {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        });
+        // What stands before an error in the file counts.
+        let _ = hand_on.send(batch);
+        end
     }
 
     /// Whether a signal has ended the reading.

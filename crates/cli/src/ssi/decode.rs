@@ -2,13 +2,14 @@
 
 mod summary;
 
+use std::fmt;
 use std::io;
 use std::ops::ControlFlow;
 
 use clap::{Args, ValueEnum};
-use encoring_host::ssi_receiver::{SsiFault, SsiReceiver, SsiTransfer, TakenAt};
+use encoring_host::ssi_receiver::{FieldBits, SsiFault, SsiReceiver, SsiTransfer, TakenAt};
 use encoring_words::Instant;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::captured::{CaptureArguments, Captured, Levels, Page};
 use super::format::FormatArguments;
@@ -86,9 +87,14 @@ enum DecodeFormat {
 struct TransferView {
     time_ns: i128,
     clocks: u32,
-    field: String,
+    #[serde(serialize_with = "as_text")]
+    field: FieldBits,
     position: Option<u32>,
     fault: Option<&'static str>,
+}
+
+fn as_text<S: Serializer>(field: &FieldBits, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(field)
 }
 
 impl TransferView {
@@ -96,24 +102,22 @@ impl TransferView {
         Self {
             time_ns,
             clocks: transfer.clocks,
-            field: digits(transfer),
+            field: transfer.bits(),
             position: transfer.position(),
             fault: transfer.fault.map(SsiFault::name),
         }
     }
-
-    fn csv(&self) -> String {
-        let Self { time_ns, clocks, field, position, fault } = self;
-        let position = position.map(|position| position.to_string()).unwrap_or_default();
-        format!("{time_ns},{clocks},{field},{position},{}", fault.unwrap_or_default())
-    }
 }
 
-/// The bits that were received of the field.
-fn digits(transfer: &SsiTransfer) -> String {
-    match transfer.received {
-        0 => String::new(),
-        bits => format!("{:0width$b}", transfer.field, width = usize::from(bits)),
+/// The row of a CSV file.
+impl fmt::Display for TransferView {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { time_ns, clocks, field, position, fault } = self;
+        write!(f, "{time_ns},{clocks},{field},")?;
+        if let Some(position) = position {
+            write!(f, "{position}")?;
+        }
+        write!(f, ",{}", fault.unwrap_or_default())
     }
 }
 
@@ -137,7 +141,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             DecodeFormat::Json => {
                 serde_json::to_string(&view()).map_err(Failure::from).and_then(|line| Ok(page.line(line)?))
             }
-            DecodeFormat::Csv => page.line(view().csv()).map_err(Failure::from),
+            DecodeFormat::Csv => page.line(view()).map_err(Failure::from),
             DecodeFormat::Text => Ok(()),
         };
         summary.transfer(time_ns, transfer);

@@ -7,7 +7,6 @@ use std::ops::ControlFlow;
 use clap::Args;
 use encoring_host::ssi_guess::{SsiFit, SsiGuess, SsiWord, SsiWords};
 use encoring_words::Instant;
-use encoring_words::parameter::Code;
 use encoring_words::ssi_frame::SsiCheck;
 use serde::Serialize;
 
@@ -69,10 +68,7 @@ impl FitView {
         Self {
             text: FormatText(format).to_string(),
             bits: format.bits() - u8::from(has_parity),
-            code: match format.code() {
-                Code::Binary => "binary",
-                Code::Gray => "gray",
-            },
+            code: format.code().name(),
             parity: has_parity.then_some("odd"),
             repetition: (is_repeated || format.bits() != 24 || clocks > 26).then_some(is_repeated),
             leading_zeros,
@@ -81,20 +77,23 @@ impl FitView {
     }
 }
 
+fn counted(count: u32, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == 1 { "" } else { "s" })
+}
+
 impl fmt::Display for FitView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { text, leading_zeros, clocks_behind, repetition, .. } = self;
-        write!(
-            f,
-            "{text}; the first {leading_zeros} bits were always zero, {clocks_behind} clocks behind the field"
-        )?;
+        let (zeros, behind) = (counted(*leading_zeros, "bit"), counted(*clocks_behind, "clock"));
+        let were = if *leading_zeros == 1 { "was" } else { "were" };
+        write!(f, "{text}; the first {zeros} {were} always zero, {behind} behind the field")?;
         if repetition.is_none() { f.write_str("; repetition would show from 27 clocks on") } else { Ok(()) }
     }
 }
 
 impl fmt::Display for GuessView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{} words of {} clocks", self.words, self.clocks)?;
+        writeln!(f, "{} words of {}", self.words, counted(self.clocks, "clock"))?;
         match self.edge {
             "either" => writeln!(f, "edge: either; data change while the clock is High")?,
             _ => writeln!(f, "edge: rising; data come so late that the falling edge brings the bit before")?,

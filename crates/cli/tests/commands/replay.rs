@@ -220,7 +220,7 @@ fn bad_traces_are_refused_with_file_line_and_column() {
     refused(
         &["replay", "--model", "ce-65-m", "no-such-file.csv"],
         b"",
-        "error: cannot open no-such-file.csv: No such file or directory (os error 2)",
+        "error: cannot open no-such-file.csv: No such file or directory",
     );
     assert_eq!(replay("--model ce-65-m", "vectors").code, Some(2));
 }

@@ -3,12 +3,13 @@
 use encoring_files::toml_text::Wrong;
 use encoring_host::ssi_receiver::TakenAt;
 use encoring_ring::Ident;
+use encoring_words::parameter::Code;
 use encoring_words::{Duration, Model};
 use serde::{Deserialize, Deserializer};
 
 use super::{Change, SECONDS_MAX};
 use crate::fault::{Fault, SsiTrouble, identification};
-use crate::ssi::SsiSettings;
+use crate::ssi::{SsiCard, SsiSettings};
 
 /// A reader: `{ khz = 500, clocks = 25, every_ms = 10 }`.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -19,6 +20,15 @@ pub struct SsiTable {
     every_ms: f64,
     #[serde(default)]
     taken_at: TakenAtName,
+    bits: Option<u8>,
+    code: Option<CodeName>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum CodeName {
+    Binary,
+    Gray,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -31,7 +41,7 @@ enum TakenAtName {
 
 /// What an event does to the reader.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(untagged, expecting = "ssi is \"off\", or a table of khz, clocks, every_ms and taken_at")]
+#[serde(untagged, expecting = "ssi is \"off\", or a table of khz, clocks, every_ms, taken_at, bits and code")]
 pub enum SsiChange {
     /// None hangs there any more.
     Off(Off),
@@ -114,7 +124,12 @@ impl SsiTable {
             TakenAtName::Rising => TakenAt::Rising,
             TakenAtName::Falling => TakenAt::Falling,
         };
-        SsiSettings::new(hz, self.clocks, every, taken_at).map_err(Wrong::new)
+        let code = self.code.map(|code| match code {
+            CodeName::Binary => Code::Binary,
+            CodeName::Gray => Code::Gray,
+        });
+        let settings = SsiSettings::new(hz, self.clocks, every, taken_at).map_err(Wrong::new)?;
+        settings.reading_as(SsiCard { bits: self.bits, code }).map_err(|problem| Wrong::at("bits", problem))
     }
 }
 

@@ -4,7 +4,7 @@
 use std::io::Read;
 use std::ops::ControlFlow;
 
-use super::decimal::{hertz, sample_time, scaled};
+use super::decimal::{SampleRate, hertz, scaled};
 use super::{CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProblem, Told, Wrong, wrong_line};
 use crate::lines::Lines;
 
@@ -31,8 +31,8 @@ pub(super) struct Head {
 enum Times {
     /// A cell, in units of so many decimal places of a second.
     Cell { cell: usize, places: i32 },
-    /// Rows are samples, so many a second.
-    Samples { hertz: u64 },
+    /// Rows are samples.
+    Samples(SampleRate),
 }
 
 impl Head {
@@ -42,7 +42,7 @@ impl Head {
 
     pub(super) const fn sample_ns(&self) -> Option<u64> {
         match self.times {
-            Times::Samples { hertz } => Some(1_000_000_000 / if hertz == 0 { 1 } else { hertz }),
+            Times::Samples(rate) => Some(rate.period_ns()),
             Times::Cell { .. } => None,
         }
     }
@@ -174,7 +174,7 @@ fn columns(
         (0..cells.len()).filter(|cell| time.is_none_or(|(time, _)| time != *cell)).collect();
     let times = match (time, comments.samplerate.or(samplerate)) {
         (Some((cell, places)), _) => Times::Cell { cell, places },
-        (None, Some(hertz)) => Times::Samples { hertz },
+        (None, Some(hertz)) => Times::Samples(SampleRate::new(hertz)),
         (None, None) => {
             let problem = "neither a column of times as `Time [s]` nor a comment `; Samplerate: 1 MHz` before it, so no \
                            row has a time; --samplerate tells it";
@@ -265,9 +265,9 @@ impl<'a> Rows<'a> {
         if cells != self.head.cells {
             return Err(wrong_line(number, format!("{cells} cells, the first row has {}", self.head.cells)));
         }
-        if let Times::Samples { hertz } = self.head.times {
-            let time = sample_time(self.samples, hertz);
-            time_ns = time.ok_or_else(|| wrong_line(number, "the capture is too long"))?;
+        if let Times::Samples(rate) = self.head.times {
+            time_ns =
+                rate.time_ns(self.samples).ok_or_else(|| wrong_line(number, "the capture is too long"))?;
             self.samples += 1;
         }
         (self.high, self.time_ns) = (high, time_ns);

@@ -50,9 +50,37 @@ pub fn hertz(text: &str) -> Option<u64> {
     u64::try_from(hertz).ok().filter(|hertz| *hertz > 0)
 }
 
-/// The time of a sample, rounded down; `None` beyond what 64 bits hold.
-pub(super) fn sample_time(number: u64, hertz: u64) -> Option<u64> {
-    u64::try_from(u128::from(number) * 1_000_000_000 / u128::from(hertz.max(1))).ok()
+const SECOND_NS: u64 = 1_000_000_000;
+
+/// How often samples are taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SampleRate {
+    hertz: u64,
+    /// Nanoseconds between two samples, rounded down.
+    period_ns: u64,
+    /// The period is so many whole nanoseconds.
+    is_whole: bool,
+}
+
+impl SampleRate {
+    /// So many samples a second, at least one.
+    pub(super) const fn new(hertz: u64) -> Self {
+        let hertz = if hertz == 0 { 1 } else { hertz };
+        Self { hertz, period_ns: SECOND_NS / hertz, is_whole: SECOND_NS.is_multiple_of(hertz) }
+    }
+
+    pub(super) const fn period_ns(self) -> u64 {
+        self.period_ns
+    }
+
+    /// The time of a sample in nanoseconds, rounded down; `None` beyond what 64 bits hold.
+    pub(super) fn time_ns(self, number: u64) -> Option<u64> {
+        // Most rates need no division, which takes longer than all else that a change costs.
+        if self.is_whole {
+            return number.checked_mul(self.period_ns);
+        }
+        u64::try_from(u128::from(number) * u128::from(SECOND_NS) / u128::from(self.hertz)).ok()
+    }
 }
 
 #[cfg(test)]
@@ -105,8 +133,12 @@ mod tests {
 
     #[test]
     fn times_of_samples_do_not_drift() {
-        assert_eq!(sample_time(24_000_000, 24_000_000), Some(1_000_000_000));
-        assert_eq!(sample_time(1, 24_000_000), Some(41));
-        assert_eq!(sample_time(u64::MAX, 1), None);
+        let time_ns = |number, hertz| SampleRate::new(hertz).time_ns(number);
+        assert_eq!(time_ns(24_000_000, 24_000_000), Some(1_000_000_000));
+        assert_eq!(time_ns(1, 24_000_000), Some(41));
+        assert_eq!(time_ns(1, 2_000_000_000), Some(0));
+        assert_eq!(time_ns(20_000_000_001, 20_000_000), Some(1_000_000_000_050));
+        assert_eq!(time_ns(u64::MAX, 1), None);
+        assert_eq!(time_ns(u64::MAX, 3), None);
     }
 }

@@ -5,18 +5,24 @@ use std::ops::ControlFlow;
 
 use zip::ZipArchive;
 
-use super::decimal::{hertz, sample_time};
+use super::decimal::{SampleRate, hertz};
 use super::{CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProblem, Told, Wrong, in_file};
 
 /// More of the metadata is not read.
 const METADATA_MAX: u64 = 1 << 20;
 
-/// Bytes read at a time.
-const PIECE: usize = 64 * 1024;
+/// Bytes read at a time: many windows of the packing, which copies its own after each reading.
+const PIECE: usize = 256 * 1024;
+
+/// Bytes that are compared at once.
+const WIDE: usize = 16;
+
+/// So many times, before whole blocks are.
+const NEAR: usize = 4;
 
 /// What the metadata says.
 pub(super) struct Head {
-    samplerate: u64,
+    rate: SampleRate,
     /// Bytes of a sample.
     unit: usize,
     /// Of each channel its bit.
@@ -27,7 +33,7 @@ pub(super) struct Head {
 
 impl Head {
     pub(super) const fn sample_ns(&self) -> u64 {
-        1_000_000_000 / if self.samplerate == 0 { 1 } else { self.samplerate }
+        self.rate.period_ns()
     }
 }
 
@@ -87,7 +93,7 @@ fn parse(text: &str) -> Result<(Head, Vec<String>), Wrong> {
         .ok_or_else(|| wrong("there is no samplerate, so no time in the file means anything".to_owned()))?;
     let capture = capture.ok_or_else(|| wrong("there is no capturefile".to_owned()))?;
     let (bits, names) = probes.into_iter().unzip();
-    Ok((Head { samplerate, unit, bits, capture }, names))
+    Ok((Head { rate: SampleRate::new(samplerate), unit, bits, capture }, names))
 }
 
 /// The parts with samples, in order.
@@ -202,38 +208,47 @@ impl<'a> Samples<'a> {
 
     fn scan_samples<F: FnMut(CaptureChange) -> ControlFlow<()>>(
         &mut self,
-        mut samples: &[u8],
+        samples: &[u8],
         told: &mut Told<F>,
     ) -> Option<ControlFlow<()>> {
-        let unit = self.head.unit;
-        while let Some(sample) = samples.get(..unit).filter(|sample| !sample.is_empty()) {
-            let is_new = self.before.is_empty() || self.differs(sample);
-            if is_new {
+        if let [mask] = self.mask[..] {
+            return self.scan_bytes(mask, samples, told);
+        }
+        for sample in samples.chunks_exact(self.head.unit) {
+            if self.before.is_empty() || self.differs(sample) {
                 self.before.clear();
                 self.before.extend_from_slice(sample);
-                let time_ns = sample_time(self.number, self.head.samplerate)?;
+                let time_ns = self.head.rate.time_ns(self.number)?;
                 if told.tell(time_ns, self.levels(sample), self.known).is_break() {
                     return Some(ControlFlow::Break(()));
                 }
             }
-            let same = 1 + self.alike(samples.get(unit..).unwrap_or_default());
-            samples = samples.get(same * unit..).unwrap_or_default();
-            self.number = self.number.checked_add(same as u64)?;
+            self.number = self.number.checked_add(1)?;
         }
         Some(ControlFlow::Continue(()))
     }
 
-    /// How many samples at the beginning show the same as the last one.
-    fn alike(&self, samples: &[u8]) -> usize {
-        if let ([mask], [before]) = (&self.mask[..], &self.before[..]) {
-            let (masks, shown) = (u64::from_ne_bytes([*mask; 8]), u64::from_ne_bytes([*before & *mask; 8]));
-            let (eights, _) = samples.as_chunks::<8>();
-            let eights =
-                eights.iter().take_while(|eight| u64::from_ne_bytes(**eight) & masks == shown).count();
-            let rest = samples.get(eights * 8..).unwrap_or_default();
-            return eights * 8 + rest.iter().take_while(|sample| **sample & mask == before & mask).count();
+    /// Samples of one byte, as most analysers take them: what is alike is passed over by many at once.
+    fn scan_bytes<F: FnMut(CaptureChange) -> ControlFlow<()>>(
+        &mut self,
+        mask: u8,
+        mut samples: &[u8],
+        told: &mut Told<F>,
+    ) -> Option<ControlFlow<()>> {
+        loop {
+            let same = self.before.first().map_or(0, |before| bytes_alike(samples, mask, *before));
+            self.number = self.number.checked_add(same as u64)?;
+            samples = samples.get(same..).unwrap_or_default();
+            let Some(sample) = samples.first_chunk::<1>() else { return Some(ControlFlow::Continue(())) };
+            match self.before.first_mut() {
+                Some(before) => [*before] = *sample,
+                None => self.before.extend(sample),
+            }
+            let time_ns = self.head.rate.time_ns(self.number)?;
+            if told.tell(time_ns, self.levels(sample), self.known).is_break() {
+                return Some(ControlFlow::Break(()));
+            }
         }
-        samples.chunks_exact(self.head.unit).take_while(|sample| !self.differs(sample)).count()
     }
 
     fn differs(&self, sample: &[u8]) -> bool {
@@ -252,8 +267,33 @@ impl<'a> Samples<'a> {
             let problem = format!("the samples end within one of {} bytes", self.head.unit);
             return Err(in_part(&self.head.capture, problem));
         }
-        let last = sample_time(self.number.saturating_sub(1), self.head.samplerate);
+        let last = self.head.rate.time_ns(self.number.saturating_sub(1));
         let time_ns = last.ok_or_else(|| in_file(io::ErrorKind::FileTooLarge.into()))?;
         Ok(CaptureEnd { time_ns, cut_in_line: None })
     }
+}
+
+/// How many bytes at the beginning are as `like` in the bits of `mask`.
+fn bytes_alike(bytes: &[u8], mask: u8, like: u8) -> usize {
+    let (masks, likes) = (u128::from_ne_bytes([mask; WIDE]), u128::from_ne_bytes([like; WIDE]));
+    let unlike = |wide: &[u8; WIDE]| (u128::from_le_bytes(*wide) ^ likes) & masks;
+    let (wides, rest) = bytes.as_chunks::<WIDE>();
+    let alike = |wides: &[[u8; WIDE]]| wides.iter().take_while(|wide| unlike(wide) == 0).count();
+    let near = alike(wides.get(..NEAR).unwrap_or(wides));
+    let alike = if near < NEAR {
+        near
+    } else {
+        // Written so that the compiler takes wide registers.
+        let (blocks, _) = wides.get(NEAR..).unwrap_or_default().as_chunks::<16>();
+        let is_alike = |block: &&[[u8; WIDE]; 16]| {
+            block.as_flattened().iter().fold(0, |unlike, byte| unlike | byte ^ like) & mask == 0
+        };
+        let far = NEAR + blocks.iter().take_while(is_alike).count() * 16;
+        far + alike(wides.get(far..).unwrap_or_default())
+    };
+    let bytes_more = match wides.get(alike) {
+        Some(wide) => unlike(wide).trailing_zeros() as usize / 8,
+        None => rest.iter().take_while(|byte| (**byte ^ like) & mask == 0).count(),
+    };
+    alike * WIDE + bytes_more
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-use super::decimal::sample_time;
+use super::decimal::SampleRate;
 
 /// How a capture is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -143,7 +143,7 @@ impl<W: Write + Seek> CaptureWriter<W> {
     fn sampled(&self, time_ns: u64) -> io::Result<u64> {
         let Some(rate) = self.samplerate else { return Ok(time_ns) };
         let sample = self.sample_at_or_after(time_ns)?;
-        sample_time(sample, rate).ok_or_else(|| refusal("the time is too far away"))
+        SampleRate::new(rate).time_ns(sample).ok_or_else(|| refusal("the time is too far away"))
     }
 
     fn sample_at_or_after(&self, time_ns: u64) -> io::Result<u64> {

@@ -47,9 +47,9 @@ impl Head {
         self.units.get(index).and_then(|cell| Unit::named(in_brackets(cell).unwrap_or(cell)))
     }
 
-    /// The same with its row of units, if this line is one: no data, and all in brackets or a unit below a time.
-    fn above(mut self, line: Option<&&[u8]>) -> Self {
-        let cells = line.map(|line| names(line, self.separator)).unwrap_or_default();
+    /// The same with its row of units, if the line below is one: no data, and all in brackets or a unit below a time.
+    fn above(mut self, line: &[u8]) -> Self {
+        let cells = names(line, self.separator);
         let times = self.columns.iter().filter(|(_, meaning)| meaning.is_time());
         let mut times = times.filter_map(|(index, _)| cells.get(*index));
         let brackets = cells.iter().all(|cell| cell.is_empty() || in_brackets(cell).is_some());
@@ -112,37 +112,66 @@ fn option(columns: &str) -> String {
     if columns.contains('"') { format!("--columns '{columns}'") } else { format!("--columns \"{columns}\"") }
 }
 
-/// The head of a table that begins with these lines, or `None` if more of them must be seen. `ended`: there are no more.
-pub(super) fn find(
-    lines: &[&[u8]],
-    columns: Option<&Columns>,
-    ended: bool,
-) -> Result<Option<Head>, (usize, Problem)> {
-    let candidates = || {
-        (0..lines.len()).filter_map(|at| {
-            let line = lines.get(at)?;
-            let head = match columns {
-                Some(columns) => by_columns(line, at, columns),
-                None => by_names(line, at),
-            };
-            Some(head?.above(lines.get(at + 1)))
-        })
-    };
-    let sure = candidates().find(|head| match lines.get(head.rows_at()) {
-        Some(row) => head.has_data(row),
-        None => false,
-    });
-    let found = match sure {
-        Some(head) => Some(head),
-        None if ended => candidates().find(Head::has_header),
-        None => None,
-    };
-    let bare = columns.is_none() && lines.first().is_some_and(|line| is_row(line));
-    match found {
-        Some(head) => Ok(Some(head)),
-        None if ended || bare || lines.len() >= LINES_MAX => Err(missing(lines, columns)),
-        None => Ok(None),
+/// Looks for the head of a table, line by line. The first line that may be a header and has data below it is it.
+pub(super) struct Search<'a> {
+    columns: Option<&'a Columns>,
+    lines: usize,
+    /// What may be the head, as long as the line that decides it was not seen: the last lines.
+    open: Vec<Head>,
+    /// The first header without data below it.
+    dataless: Option<Head>,
+}
+
+impl<'a> Search<'a> {
+    pub(super) const fn new(columns: Option<&'a Columns>) -> Self {
+        Self { columns, lines: 0, open: Vec::new(), dataless: None }
     }
+
+    /// One more line; gives the head once it is sure.
+    pub(super) fn line(&mut self, line: &[u8]) -> Option<Head> {
+        let at = self.lines;
+        self.lines += 1;
+        for head in std::mem::take(&mut self.open) {
+            // The line below a header may have its units.
+            let head = if at == head.at + 1 { head.above(line) } else { head };
+            if head.rows_at() > at {
+                self.open.push(head);
+            } else if head.has_data(line) {
+                return Some(head);
+            } else {
+                self.leave(head);
+            }
+        }
+        let head = match self.columns {
+            Some(columns) => by_columns(line, at, columns),
+            None => by_names(line, at),
+        };
+        let head = head?;
+        if head.rows_at() == at {
+            return Some(head);
+        }
+        self.open.push(head);
+        None
+    }
+
+    /// There are no more lines: a header may stand alone.
+    pub(super) fn end(mut self) -> Option<Head> {
+        for head in std::mem::take(&mut self.open) {
+            self.leave(head);
+        }
+        self.dataless
+    }
+
+    fn leave(&mut self, head: Head) {
+        if self.dataless.is_none() && head.has_header() {
+            self.dataless = Some(head);
+        }
+    }
+}
+
+/// Whether a line below this header has units and no data.
+pub(crate) fn has_units_below(header: &[u8], line: &[u8]) -> bool {
+    by_names(header, 0).is_some_and(|head| head.above(line).has_units())
 }
 
 /// A line as the header that `--columns` names, or, where it takes numbers, as the first row.
@@ -195,7 +224,7 @@ fn by_names(line: &[u8], at: usize) -> Option<Head> {
 }
 
 /// Why there is no header, with the line to type; and the index of the line to point at.
-fn missing(lines: &[&[u8]], columns: Option<&Columns>) -> (usize, Problem) {
+pub(super) fn missing(lines: &[&[u8]], columns: Option<&Columns>) -> (usize, Problem) {
     let widest = |line: &&[u8]| SEPARATORS.into_iter().map(|separator| names(line, separator).len()).max();
     let width = lines.iter().filter_map(widest).max().unwrap_or(0);
     let at = lines.iter().position(|line| widest(line) == Some(width)).unwrap_or(0);
@@ -293,7 +322,7 @@ fn in_brackets(cell: &str) -> Option<&str> {
 }
 
 /// Whether every cell reads as a time, a number or a word.
-fn is_row(line: &[u8]) -> bool {
+pub(super) fn is_row(line: &[u8]) -> bool {
     SEPARATORS.into_iter().any(|separator| {
         let cells = names(line, separator);
         cells.len() > 1 && cells.iter().all(|cell| is_data(cell))

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use encoring_host::ssi_receiver::{SsiFault, SsiTransfer, TakenAt};
+use encoring_host::ssi_receiver::{FieldBits, SsiFault, SsiTransfer, TakenAt};
 use encoring_host::ssi_timings::{Spread, SsiTimings};
 use encoring_words::Duration;
 use encoring_words::ssi_frame::{CLOCK_HZ, SsiFormat};
 
 use super::super::format::FormatText;
-use super::digits;
 use crate::output::Answer;
 
 /// Transfers that are shown; the other formats have all.
@@ -40,7 +39,7 @@ pub(super) struct Summary {
 struct Shown {
     time_ns: i128,
     clocks: u32,
-    field: String,
+    field: FieldBits,
     position: Option<u32>,
     fault: Option<SsiFault>,
 }
@@ -79,7 +78,7 @@ impl Summary {
             list.push(Shown {
                 time_ns,
                 clocks,
-                field: digits(transfer),
+                field: transfer.bits(),
                 position: transfer.position(),
                 fault,
             });
