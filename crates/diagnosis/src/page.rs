@@ -22,10 +22,10 @@ pub struct PagePart<'a> {
     pub charts: &'a [Chart],
 }
 
-const STYLE: &str = "body{font:15px/1.4 sans-serif;margin:2em auto;max-width:64em;padding:0 1em;color:#000;background:#fff}\
+const STYLE: &str = "body{font:15px/1.4 sans-serif;margin:2em auto;max-width:70em;padding:0 1em;color:#000;background:#fff}\
  table{border-collapse:collapse;width:100%}th,td{border:1px solid #999;padding:.3em .5em;text-align:left;vertical-align:top}\
- figure{margin:1em 0;overflow-x:auto}ul{margin:.2em 0;padding-left:1.2em}\
- @media print{tr,figure{break-inside:avoid}svg{max-width:100%;height:auto}}";
+ figure{margin:1em 0}svg{max-width:100%;height:auto}ul{margin:.2em 0;padding-left:1.2em}\
+ @media print{tr,figure{break-inside:avoid}}";
 
 /// The page.
 #[must_use]
@@ -61,13 +61,17 @@ pub fn page(title: &str, parts: &[PagePart<'_>]) -> String {
 }
 
 fn table(page: &mut String, part: &PagePart<'_>) {
-    page.push_str("<table>\n<tr><th>no.<th>where<th>cause<th>what speaks for it<th>or<th>what would tell them apart</tr>\n");
+    page.push_str("<table>\n<tr><th>No.<th>Place<th>Cause<th>Certainty<th>Evidence<th>Alternatives<th>What tells them apart</tr>\n");
     for (number, episode) in (part.first..).zip(&part.conclusion.episodes) {
-        let cause = format!("{}, {}", episode.cause.title(), episode.certainty);
+        let (cause, certainty) = (episode.cause.title(), episode.certainty);
         let or: Vec<&str> = episode.alternatives.iter().map(|cause| JumpCause::title(*cause)).collect();
         put(
             page,
-            format_args!("<tr><td>{number}<td>{}<td>{}<td>", Escaped(&place(episode)), Escaped(&cause)),
+            format_args!(
+                "<tr><td>{number}<td>{}<td>{}<td>{certainty}<td>",
+                Escaped(&place(episode)),
+                Escaped(cause)
+            ),
         );
         list(page, &episode.evidence);
         put(page, format_args!("<td>{}<td>{}</tr>\n", Escaped(&or.join("; ")), Escaped(&episode.apart)));

@@ -101,6 +101,8 @@ impl Plan {
         (self.sheet_acceleration, self.top_speed) = limits(&self.device);
         match cause {
             Cause::ZeroLost => {
+                // A known place is said of no encoder in particular.
+                self.neighbour = false;
                 // Powers of two hide it.
                 let (numerator, denominator) =
                     chance.of(&[(10, 1), (36, 10), (7, 2), (100, 3), (1_000, 1)], (10, 1));
