@@ -7,6 +7,7 @@
     reason = "a test may panic"
 )]
 
+use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::Path;
@@ -67,6 +68,17 @@ fn between(gateway: String) -> (String, Receiver<Passed>) {
     (address, told)
 }
 
+/// A gateway that closes every connection at once.
+const HANGS_UP: &str = "hangs up";
+
+fn hangs_up() -> (String, Receiver<Passed>) {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    let (tell, told) = channel();
+    thread::spawn(move || listener.incoming().flatten().all(|_| tell.send(Passed::Connection).is_ok()));
+    (address, told)
+}
+
 fn pass(mut from: TcpStream, mut to: TcpStream, tell: Option<&Sender<Passed>>) {
     let mut bytes = [0; 1024];
     while let Ok(count @ 1..) = from.read(&mut bytes) {
@@ -100,40 +112,52 @@ fn pressed_until_it_ends(mut command: Child) -> Option<ExitStatus> {
 
 /// Begins a command, waits until it is in the midst of the fault, and ends it.
 fn interrupt(fault: &str, command: &str, folder: &Path) {
-    let gateway = Gateway::start(fault);
-    let (address, passed) = between(gateway.1.clone());
+    let gateway = (fault != HANGS_UP).then(|| Gateway::start(fault));
+    let (address, passed) = match &gateway {
+        Some(gateway) => between(gateway.1.clone()),
+        None => hangs_up(),
+    };
     // Without Ctrl-C it would wait for minutes.
     let bus = format!("modbus-tcp://{address}?timeout_ms=60000");
     let mut program = Command::new(PROGRAM);
     program.env("XDG_STATE_HOME", folder).current_dir(folder).args(command.split(' '));
     match command {
         "probe" => program.arg(&bus),
+        "scan" => program.args(["--bus", &format!("{bus}&layout=inline")]),
         _ => program.args(["--bus", &bus, "--at", "0"]),
     };
     let serves = command.contains("--patience");
-    if serves || command.starts_with("watch") || command.starts_with("log") {
-        program.args(["--model", "la-66"]);
+    if !["probe", "scan", "release", "restore", "replace"].iter().any(|other| command.starts_with(other)) {
+        program.args(["--model", "ce-65-m"]);
     }
     let child = program.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
     // A gateway that dies does so with the first service; then the command connects again.
-    let awaited = if fault == "dead" && serves {
-        [Passed::Connection, Passed::Connection]
-    } else {
-        [Passed::Connection, Passed::Request]
+    let awaited = match fault {
+        HANGS_UP => [Passed::Connection].as_slice(),
+        "dead" if serves => &[Passed::Connection, Passed::Connection],
+        _ => &[Passed::Connection, Passed::Request],
     };
     for awaited in awaited {
-        assert!(passed.iter().any(|passed| passed == awaited), "{command} on {fault}: no {awaited:?}");
+        assert!(passed.iter().any(|passed| passed == *awaited), "{command} on {fault}: no {awaited:?}");
     }
     let ended = pressed_until_it_ends(child);
     let ended = ended.unwrap_or_else(|| panic!("{command} on {fault} does not end"));
-    assert!(ended.code().is_some(), "{command} on {fault}: killed by a signal instead of ended: {ended}");
+    // It only reads, and nothing of it must be put in order.
+    let may_be_killed = command == "scan";
+    let killed = ended.code().is_none();
+    assert!(!killed || may_be_killed, "{command} on {fault}: killed by a signal instead of ended: {ended}");
     if serves {
         assert_eq!(ended.code(), Some(3), "{command} on {fault}");
     }
 }
 
-const COMMANDS: [&str; 8] = [
+const COMMANDS: [&str; 13] = [
     "check --yes --patience 600s",
+    "program --yes --no-backup --file axis.toml --patience 600s",
+    "restore axis.toml --yes --no-backup --patience 600s",
+    "replace --from axis.toml --yes --no-backup --patience 600s",
+    "backup kept.toml --patience 600s",
+    "scan",
     "preset 7 --yes --patience 600s",
     "write measuring-length 9999 --yes --no-backup --patience 600s",
     "read 02 --patience 600s",
@@ -145,6 +169,8 @@ const COMMANDS: [&str; 8] = [
 
 fn every_command(fault: &str) {
     let folder = tempfile::tempdir().unwrap();
+    let kept = "version = 1\nmodel = \"ce-65-m\"\n[parameters]\nmeasuring_length = 9999\n";
+    fs::write(folder.path().join("axis.toml"), kept).unwrap();
     thread::scope(|scope| {
         for command in COMMANDS {
             let folder = folder.path();
@@ -171,4 +197,9 @@ fn ctrl_c_twice_ends_every_command_on_a_gateway_that_carries_out_and_says_nothin
 #[test]
 fn ctrl_c_twice_ends_every_command_on_a_gateway_that_has_died() {
     every_command("dead");
+}
+
+#[test]
+fn ctrl_c_twice_ends_every_command_on_a_gateway_that_closes_every_connection() {
+    every_command(HANGS_UP);
 }
