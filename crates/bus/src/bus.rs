@@ -199,6 +199,17 @@ pub enum Cause {
     },
 }
 
+impl BusError {
+    /// The same for whoever has said already that the connection is gone.
+    #[must_use]
+    pub fn reason(&self) -> String {
+        match self {
+            Self::NoConnection(cause) => cause.to_string(),
+            error => error.to_string(),
+        }
+    }
+}
+
 /// Something that happened to a bus's link.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkEvent {
@@ -257,7 +268,18 @@ const fn plain(kind: io::ErrorKind) -> &'static str {
         io::ErrorKind::NotConnected => "it was not made",
         io::ErrorKind::InvalidData => "what answers there is no gateway",
         io::ErrorKind::InvalidInput => "the device does not know these settings",
+        io::ErrorKind::Unsupported => "it is no serial line",
         _ => "the name is not known, or there is no way to it",
+    }
+}
+
+impl Cause {
+    /// The same without the time until the next attempt.
+    #[must_use]
+    pub const fn settled(self) -> Self {
+        match self {
+            Self::System(kind) | Self::Waiting { last: kind, .. } => Self::System(kind),
+        }
     }
 }
 
@@ -284,7 +306,7 @@ impl fmt::Display for Link {
             Self::Up { down_for: Duration::ZERO } => f.write_str("connected"),
             Self::Up { down_for } => write!(f, "connected again after {}", rounded(*down_for)),
             Self::Down { up_for, cause } => {
-                write!(f, "connection lost after {}: {cause}", rounded(*up_for))
+                write!(f, "connection lost after {}: {}", rounded(*up_for), cause.reason())
             }
             Self::Failed { cause, next } => {
                 write!(f, "no connection: {}; next attempt in {}", plain(*cause), rounded(*next))

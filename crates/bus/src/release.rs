@@ -51,7 +51,8 @@ pub enum ReleaseError {
     Bus(#[from] BusError),
     /// A master is at work.
     #[error(
-        "OUT was {} and IN {}, now OUT is {} and IN {}: a master works with this encoder", .was.out, .was.input, .now.out, .now.input
+        "OUT was {} and IN {}, now OUT is {} and IN {}: a master works with this encoder, or the gateway \
+         spoils words", .was.out, .was.input, .now.out, .now.input
     )]
     InUse {
         /// What stood there first.

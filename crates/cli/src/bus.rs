@@ -81,9 +81,9 @@ pub(crate) fn scenario(file: Option<&Path>) -> Result<Scenario, Failure> {
 /// The address of a gateway.
 #[expect(clippy::disallowed_methods, reason = "the address of a bus")]
 pub(crate) fn gateway(address: &str) -> Result<Address, Failure> {
-    address
-        .parse()
-        .map_err(|error| bad_input(format!("--bus {address}: {error}; or sim, or sim:SCENARIO.toml")))
+    let known = address.starts_with("modbus");
+    let or = if known { "" } else { "; or sim, or sim:SCENARIO.toml" };
+    address.parse().map_err(|error| bad_input(format!("--bus {address}: {error}{or}")))
 }
 
 impl BusArguments {
@@ -382,7 +382,7 @@ fn troubles(events: &[Link]) -> Vec<String> {
     let mut events = events.iter().filter(|event| event.is_trouble()).peekable();
     while let Some(event) = events.next() {
         let text = match event {
-            Link::Down { cause, .. } => format!("connection lost: {cause}"),
+            Link::Down { cause, .. } => format!("connection lost: {}", cause.reason()),
             Link::Failed { cause, .. } => BusError::NoConnection(Cause::System(*cause)).to_string(),
             Link::Up { .. } => event.to_string(),
         };

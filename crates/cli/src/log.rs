@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use std::time::{Duration as Real, Instant as Clock, SystemTime};
 
 use clap::Args;
-use encoring_bus::Judgement;
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
+use encoring_bus::{BusError, Judgement};
 use encoring_ring::diagnostics::Diagnosis;
 use encoring_station::SharedWorld;
 use encoring_trace::log::{Log, LogError, LogProblem, LogRow, MasterColumns, Rotation};
@@ -19,7 +19,7 @@ use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace};
 use crate::bus::{AnyBus, Opened};
 use crate::interrupt::awaiting_reader;
-use crate::news::{Calendar, news};
+use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
 use crate::output::progress::Progress;
 use crate::output::time::seconds;
@@ -164,11 +164,11 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let log = awaiting_reader(|| Log::create(&arguments.file, &remarks, columns, rotation))?;
     let plan = Plan { every: arguments.poll.min(arguments.every), lasting: arguments.lasting.lasting };
     let (stop, quit) = (opened.stop(), opened.stop());
-    let untold = opened.untold_ring();
+    let (untold, place) = (opened.untold_ring(), opened.place());
     let watch = Watch::new(&mut *opened.bus, subjects, plan, stop);
     // Standard output may be the log.
     let special = log.is_special();
-    let mut logging = Logging::new(log, arguments, Calendar::at(watch.now()))?;
+    let mut logging = Logging::new(log, arguments, Calendar::at(watch.now()), place)?;
     logging.begin(untold);
     let (summary, answer, mut notes) = logging.run(watch, opened.world.as_ref())?;
     let format = arguments.output.format;
@@ -223,11 +223,15 @@ struct Logging<'a> {
     shown: Clock,
     progress: Progress,
     notes: Printer,
+    /// Host and port, or the device.
+    place: String,
+    /// Why nothing could be read, as it was told last.
+    unread: Option<String>,
 }
 
 impl<'a> Logging<'a> {
     #[expect(clippy::disallowed_methods, reason = "rows are brought onto the disk in real time")]
-    fn new(log: Log, arguments: &'a Arguments, calendar: Calendar) -> io::Result<Self> {
+    fn new(log: Log, arguments: &'a Arguments, calendar: Calendar, place: String) -> io::Result<Self> {
         let acknowledging = Acknowledging::by_signal()?;
         let now = Clock::now();
         let verdicts = [0; Judgement::WORDS.len()];
@@ -251,6 +255,8 @@ impl<'a> Logging<'a> {
             shown,
             progress,
             notes,
+            place,
+            unread: None,
         })
     }
 
@@ -335,10 +341,34 @@ impl<'a> Logging<'a> {
             let text = text.trim_start();
             let line = format!("event {}: {text}", event.event);
             self.written(|log| log.remark(&line))?;
-            // Whoever closed standard error does not want to know.
-            let _ = self.notes.print(format!("note: {}\n", event.advised().trim_start()));
+            self.note(event.advised().trim_start());
         }
+        self.unread(poll)
+    }
+
+    /// Why nothing can be read, where the end of a connection does not tell it; each reason once.
+    fn unread(&mut self, poll: &Poll) -> Result<(), LogError> {
+        let why = poll.sights.iter().find_map(|sight| match &sight.verdict {
+            Judgement::NoAnswer(BusError::NoConnection(cause)) => {
+                Some((cause.settled().to_string(), sight.at))
+            }
+            Judgement::NoAnswer(BusError::NoAnswer { .. }) => None,
+            Judgement::NoAnswer(error) => Some((error.to_string(), sight.at)),
+            _ => None,
+        });
+        let Some((why, at)) = why.filter(|(why, _)| self.unread.as_ref() != Some(why)) else {
+            return Ok(());
+        };
+        let news = News::of_ring("not_read", at, &self.calendar, &why);
+        self.unread = Some(why);
+        self.written(|log| log.remark(&format!("event {}: {}", news.event, news.to_string().trim_start())))?;
+        self.note(news.to_string().trim_start());
         Ok(())
+    }
+
+    fn note(&mut self, text: &str) {
+        // Whoever closed standard error does not want to know.
+        let _ = self.notes.print(format!("note: {}: {text}\n", self.place));
     }
 
     fn row(&mut self, k: usize, sight: &Sight, diagnosis: Diagnosis) -> Result<(), LogError> {

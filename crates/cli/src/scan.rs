@@ -58,7 +58,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return Err(bad_input("--fault is for simulated rings"));
     }
     let mut client = Client::new(gateway(address)?)?;
-    let modules = client.modules().map_err(|error| Failure::NoAnswer(format!("{address}: {error}")))?;
+    let place = client.address().way.to_string();
+    let modules = client.modules().map_err(|error| Failure::NoAnswer(format!("{place}: {error}")))?;
     let Some((described, directory)) = modules else {
         let way = address.split_once('?').map_or(address, |(way, _)| way);
         return Err(Failure::NoAnswer(format!(

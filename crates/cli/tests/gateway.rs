@@ -312,3 +312,59 @@ fn log_and_watch_see_no_gap_through_a_gateway_that_closes_behind_each_answer() {
     assert!(rows.lines().filter(|line| !line.contains('#')).count() > 4, "{rows}");
     assert!(rows.contains("0x00001388"), "{rows}");
 }
+
+/// What nobody in a plant says.
+fn is_no_plain_word(told: &str) -> bool {
+    let banned = ["uncategorized", "entity not found", "after 1 requests", "no connection: no connection"];
+    let fraction = |word: &str| word.split_once('.').is_some_and(|(_, decimals)| decimals.len() > 3);
+    let words: Vec<_> = told.split_whitespace().collect();
+    banned.iter().any(|banned| told.contains(banned))
+        || words.windows(2).any(|pair| pair[1].starts_with("ms") && fraction(pair[0]))
+}
+
+#[test]
+fn whatever_fails_is_told_with_host_and_port_in_plain_words() {
+    let folder = tempfile::tempdir().unwrap();
+    let nobody = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    let faults =
+        ["silent", "exception=01", "exception=02", "exception=04", "exception=0A", "exception=0B", "busy"];
+    let more = ["unit=0", "transaction", "swapped", "drop", "dead"];
+    let gateways: Vec<_> = faults
+        .into_iter()
+        .chain(more)
+        .map(|fault| (fault, Gateway::start(folder.path(), &[fault])))
+        .collect();
+    let all = gateways.iter().map(|(fault, gateway)| (*fault, gateway.address.clone()));
+    let commands = [
+        "read 02 --at 0 --model ce-65-m",
+        "check --yes --at 0 --model ce-65-m",
+        "preset 7 --yes --at 0 --model ce-65-m",
+        "write numerator 5000 --yes --no-backup --at 0 --model ce-65-m",
+        "backup kept.toml --at 0 --model ce-65-m",
+        "release --yes --at 0",
+        "log FAULT.csv --for 300ms --at 0 --model ce-65-m",
+        "scan",
+    ];
+    std::thread::scope(|scope| {
+        for (fault, address) in all.chain([("nobody", nobody)]) {
+            let folder = folder.path();
+            scope.spawn(move || {
+                for command in commands {
+                    let layout = if command == "scan" { "&layout=inline" } else { "" };
+                    let bus = format!("modbus-tcp://{address}?timeout_ms=100{layout}");
+                    let line = command.replace("FAULT", fault);
+                    let arguments = line.split(' ').chain(["--bus", &bus]);
+                    let output = program().current_dir(folder).args(arguments).output().unwrap();
+                    let told = [output.stderr, output.stdout].concat();
+                    let told = String::from_utf8(told).unwrap();
+                    assert!(!is_no_plain_word(&told), "{fault}, {command}: {told}");
+                    // A log of exchanged words is one of words all the same.
+                    let logged = command.starts_with("log") && fault == "swapped";
+                    if output.status.code() != Some(0) && !logged {
+                        assert!(told.contains(&address), "{fault}, {command}: {told}");
+                    }
+                }
+            });
+        }
+    });
+}

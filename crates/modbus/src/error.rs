@@ -109,17 +109,24 @@ impl From<ModbusError> for BusError {
     }
 }
 
+/// What it means, and what can be done.
 const fn meaning(exception: u8) -> &'static str {
     match exception {
-        0x01 => "it does not know the function",
-        0x02 => "there is no such register",
-        0x03 => "the quantity or value is not allowed",
-        0x04 => "it failed",
-        0x05 => "it needs more time",
-        0x06 => "it is busy",
+        0x01 => "it does not know the function; `encoring probe` tells which registers can be read there",
+        0x02 => {
+            "there is no such register; in= and out= of the address name the registers, and `encoring probe` finds them"
+        }
+        0x03 => "the quantity or value is not allowed; max_registers= in the address asks for fewer at once",
+        0x04 => "it failed; its own messages tell more",
+        0x05 => "it needs more time; --patience waits longer",
+        0x06 => "it is busy; other clients may ask it too often, and --patience waits longer",
         0x08 => "its memory is damaged",
-        0x0A => "it has no way to the unit",
-        0x0B => "the unit behind it does not answer",
+        0x0A => {
+            "it has no way to the unit; unit= of the address names it, and the gateway's settings the way"
+        }
+        0x0B => {
+            "the unit behind it does not answer; it may be off, or be another one: unit= of the address names it"
+        }
         _ => "a code that Modbus does not define",
     }
 }

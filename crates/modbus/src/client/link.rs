@@ -117,7 +117,7 @@ impl Core {
                         StopBits::Two => tokio_serial::StopBits::Two,
                     })
                     .open_native_async()
-                    .map_err(|error| lost(io::Error::from(error).kind()))?;
+                    .map_err(|error| lost(serial(io::Error::from(error).kind())))?;
                 Wire::rtu(port, unit, silence(*baud), marker, deadline).await
             }
         }
@@ -193,4 +193,12 @@ async fn socket(host: &str, port: u16, deadline: Deadline) -> Result<TcpStream, 
 /// Three and a half characters of 11 bits, but not less than the 1.75 ms of the standard.
 fn silence(baud: u32) -> Span {
     Span::from_nanos(3_500_000_000 * 11 / u64::from(baud.max(1))).max(Span::from_micros(1_750))
+}
+
+/// What could not be opened as a serial line is none.
+const fn serial(kind: io::ErrorKind) -> io::ErrorKind {
+    match kind {
+        io::ErrorKind::NotFound | io::ErrorKind::PermissionDenied | io::ErrorKind::InvalidInput => kind,
+        _ => io::ErrorKind::Unsupported,
+    }
 }
