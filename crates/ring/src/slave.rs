@@ -522,6 +522,12 @@ impl Slave {
         self.latched.get(..self.bytes()).unwrap_or_default()
     }
 
+    /// Whether the jumper of its outgoing plug is there.
+    #[must_use]
+    pub const fn jumper(&self) -> Jumper {
+        self.jumper
+    }
+
     /// Opens or closes the jumper of its outgoing plug.
     pub fn set_jumper(&mut self, jumper: Jumper) {
         self.jumper = jumper;

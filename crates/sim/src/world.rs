@@ -268,6 +268,13 @@ impl World {
         self.line = Some(Trouble { segment, fault, since: self.now, lasting });
     }
 
+    /// The segment that is troubled now, and what it suffers.
+    #[must_use]
+    pub fn line_trouble(&self) -> Option<(usize, Fault)> {
+        let trouble = self.line.filter(|trouble| self.now.since(trouble.since) < trouble.lasting)?;
+        Some((trouble.segment, trouble.fault))
+    }
+
     /// Ends a trouble.
     pub const fn end_trouble(&mut self) {
         self.line = None;

@@ -1,12 +1,13 @@
 //! What can be seen of a simulated ring, as plain data: typed here, with words in hex in its JSON.
 
-use encoring_encoder::Encoder;
 use encoring_encoder::handshake::Handshake;
 use encoring_encoder::records::{Record, write_count};
+use encoring_encoder::{Encoder, Magnet};
 use encoring_host::ssi_receiver::SsiFault;
+use encoring_ring::slave::Jumper;
 use encoring_ring::{ProcessImage, Verdict};
-use encoring_sim::World;
 use encoring_sim::ssi::SsiReader;
+use encoring_sim::{Fault, World};
 use encoring_words::parameter::{Code, PARAMETERS};
 use encoring_words::{ErrorStatus, InWord, Model, OutWord, ParameterSet};
 use serde::Serialize;
@@ -28,10 +29,22 @@ pub struct View {
     pub line: Verdict,
     /// The master's diagnostic registers.
     pub diagnosis: DiagnosisView,
+    /// What a segment suffers; `None` if none does.
+    pub trouble: Option<TroubleView>,
     /// The encoders, by ring position.
     pub devices: Vec<DeviceView>,
     /// Which rules of the handshake were broken; `None` if nobody looks on.
     pub referee: Option<RefereeView>,
+}
+
+/// What a segment of the simulated ring suffers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct TroubleView {
+    /// 0..=encoders.
+    pub segment: usize,
+    /// In its text form.
+    #[serde(serialize_with = "json::text")]
+    pub fault: Fault,
 }
 
 /// What a station counts.
@@ -78,6 +91,12 @@ pub struct DeviceView {
     pub preset_overvoltage: bool,
     /// Voltages on the preset inputs it has.
     pub preset_mv: Vec<u32>,
+    /// Whether the magnet is on the rod; a shaft has none, and `true`.
+    pub magnet: bool,
+    /// Whether its protocol chip is held in reset.
+    pub chip_held: bool,
+    /// Whether the jumper for the next device is there.
+    pub jumper: bool,
     /// Shaft in sensor steps, or magnet in micrometres.
     pub raw: i64,
     /// The OUT word in the process image.
@@ -211,6 +230,7 @@ impl View {
                 parameter: image.parameter(),
                 segment_faults: image.faults().to_vec(),
             },
+            trouble: world.line_trouble().map(|(segment, fault)| TroubleView { segment, fault }),
             devices: devices.collect(),
             referee: None,
         }
@@ -270,6 +290,9 @@ impl DeviceView {
                 .into_iter()
                 .take(unit.model().preset_inputs().len())
                 .collect(),
+            magnet: around.terminals.magnet == Magnet::Present,
+            chip_held: place.is_held(),
+            jumper: world.ring().slaves().get(position)?.jumper() == Jumper::Closed,
             raw: place.raw(now),
             out,
             input,

@@ -28,6 +28,7 @@ pub(super) struct Report {
 pub(super) struct Addresses {
     pub(super) modbus: Option<String>,
     pub(super) control: Option<String>,
+    pub(super) web: Option<String>,
 }
 
 /// The first line for programs.
@@ -38,6 +39,8 @@ struct Listening<'a> {
     modbus: Option<&'a str>,
     #[serde(skip_serializing_if = "Option::is_none")]
     control: Option<&'a str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    web: Option<&'a str>,
 }
 
 /// A line of counters for programs, and the last of all.
@@ -153,12 +156,13 @@ impl Report {
     }
 
     pub(super) fn start(&mut self, view: &View, addresses: &Addresses) -> io::Result<()> {
-        let (modbus, control) = (addresses.modbus.as_deref(), addresses.control.as_deref());
+        let Addresses { modbus, control, web } = addresses;
+        let (modbus, control, web) = (modbus.as_deref(), control.as_deref(), web.as_deref());
         let text = match self.format {
-            Format::Json => json(&Listening { event: "listening", modbus, control })?,
+            Format::Json => json(&Listening { event: "listening", modbus, control, web })?,
             Format::Text => {
                 let mut text = self.table(view).map_err(io::Error::other)?;
-                for (name, address) in [("modbus", modbus), ("control", control)] {
+                for (name, address) in [("modbus", modbus), ("control", control), ("web", web)] {
                     if let Some(address) = address {
                         text += &format!("{name} {address}\n");
                     }

@@ -13,6 +13,9 @@ const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 /// The address that `sim` serves Modbus at if nothing else is said.
 const MODBUS: &str = "127.0.0.1:5020";
 
+/// Where the page listens unless told otherwise.
+const WEB: &str = "127.0.0.1:8051";
+
 /// A ring that runs until the reader ends.
 struct Ring {
     program: Child,
@@ -122,21 +125,35 @@ impl Reader {
         };
         let control = word_after("--control");
         let modbus = word_after("--modbus").unwrap_or_else(|| MODBUS.to_owned());
+        // As fast as it can a ring has no page unless it is asked for.
+        let usual = (!command.contains("--speed max")).then(|| WEB.to_owned());
+        let web = word_after("--web").or(usual).filter(|page| page != "off");
         let mut line = command.to_owned();
-        for address in [Some(&modbus), control.as_ref()].into_iter().flatten().filter(|page| *page != "off") {
+        for address in [Some(&modbus), control.as_ref(), web.as_ref()]
+            .into_iter()
+            .flatten()
+            .filter(|page| *page != "off")
+        {
             line = line.replace(address.as_str(), "127.0.0.1:0");
         }
         if !line.contains("--modbus") {
             line.push_str(" --modbus 127.0.0.1:0");
         }
+        if !line.contains("--web") {
+            line.push_str(if web.is_some() { " --web 127.0.0.1:0" } else { " --web off" });
+        }
         let mut program = self.command(&format!("exec {line} 2>&1")).stdout(Stdio::piped()).spawn().unwrap();
         let from = program.stdout.take().unwrap();
         let mut ring = Ring { program, addresses: Vec::new() };
-        let last = if control.is_some() { "control " } else { "modbus " };
+        let last = match (&web, &control) {
+            (Some(_), _) => "web ",
+            (None, Some(_)) => "control ",
+            (None, None) => "modbus ",
+        };
         let mut printed = Vec::new();
         let mut lines = BufReader::new(from).lines();
         while let Some(Ok(line)) = lines.next() {
-            let served = [("modbus ", Some(&modbus)), ("control ", control.as_ref())];
+            let served = [("modbus ", Some(&modbus)), ("control ", control.as_ref()), ("web ", web.as_ref())];
             let page = served.into_iter().find_map(|(name, page)| Some((line.strip_prefix(name)?, page?)));
             if let Some((real, page)) = page {
                 ring.addresses.push((page.clone(), real.to_owned()));

@@ -65,7 +65,7 @@ fn a_reader_that_leaves_ends_the_simulation_in_order() {
 fn output_that_cannot_be_written_ends_the_simulation_in_order_with_3() {
     let folder = tempfile::tempdir().unwrap();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
-    let arguments = ["sim", "--modbus", "off", "--state", "memories", "--record", "ring.csv"];
+    let arguments = ["sim", "--modbus", "off", "--web", "off", "--state", "memories", "--record", "ring.csv"];
     let output =
         Command::new(PROGRAM).current_dir(folder.path()).args(arguments).stdout(full).output().unwrap();
     assert_eq!(output.status.code(), Some(3));

@@ -459,9 +459,38 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
     let arguments = ["sim", "ring.toml", "--modbus", "off", "--state", "new", "--record", "ring.toml"];
     assert_eq!(refused(here, &arguments), "error: --record ring.toml: this is the scenario\n");
     assert!(!here.join("new").exists() && fs::read(here.join("ring.toml")).unwrap() == example);
-    for wrong in [["--speed", "0"], ["--for", "0"], ["--web", "on"], ["--modbus-connections", "0"]] {
+    for wrong in [["--speed", "0"], ["--for", "0"], ["--modbus-connections", "0"]] {
         assert!(refused(here, &[&["sim"][..], &wrong].concat()).starts_with("error: invalid value '"));
     }
+    for (web, problem) in [
+        ("on", "--web on: no address; write HOST:PORT, PORT or off".to_owned()),
+        (taken.as_str(), format!("--web {taken}: the port is in use; choose another, or 0 for any")),
+        (
+            "0.0.0.0:0",
+            "--web 0.0.0.0:0: the page asks nobody for a password, so it is served to this machine only; name \
+             127.0.0.1"
+                .to_owned(),
+        ),
+    ] {
+        let said = refused(here, &["sim", "--modbus", "off", "--web", web]);
+        assert_eq!(said, format!("error: {problem}\n"));
+    }
+    sim.end("-TERM");
+}
+
+#[test]
+fn the_page_is_named_in_the_first_line_and_left_out_where_a_ring_runs_as_fast_as_it_can() {
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path(), &["--web", "127.0.0.1:0"]);
+    let mut page = sim.connect("web");
+    let host = sim.listening["web"].as_str().unwrap();
+    write!(page, "GET /healthz HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+    let mut answer = String::new();
+    page.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200 OK") && answer.ends_with("\r\n\r\nok\n"), "{answer}");
+    sim.end("-TERM");
+    let sim = Sim::start(folder.path(), &["--speed", "max"]);
+    assert_eq!(sim.listening.get("web"), None);
     sim.end("-TERM");
 }
 

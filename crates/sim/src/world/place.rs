@@ -98,7 +98,8 @@ impl Place {
     }
 
     /// Whether the reset input of its chip is held.
-    pub(super) fn is_held(&self) -> bool {
+    #[must_use]
+    pub fn is_held(&self) -> bool {
         self.chip == Chip::Held
     }
 

@@ -1,0 +1,225 @@
+// The page as people use it, in Chromium: node browser.mjs PROGRAM TOOLS PICTURES.
+//
+// The worked example by mouse and by keyboard alone, a broken segment, a shaft that is dragged, a lesson, and every
+// view in two languages, two themes and two widths. Nothing may be said on the console, asked of another place, or be
+// wider than the screen, and what the page shows is what the API says.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { resolve } from "node:path";
+import { createInterface } from "node:readline";
+
+const [program, tools, pictures] = process.argv.slice(2).map((path) => resolve(path));
+const require = createRequire(`${tools}/`);
+const { chromium } = require("playwright-core");
+const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
+
+/** The manuals' example: 1000 steps a turn over ten turns; number of the service and its value. */
+const EXAMPLE = [[2, 9999], [3, 10], [9, 1]];
+
+const problems = [];
+
+/** A ring of its own for a part of the test. */
+async function ring(part) {
+  const sim = spawn(program, ["sim", "--format", "json", "--modbus", "off", "--web", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
+  try {
+    const [line] = await new Promise((done, failed) => {
+      const lines = createInterface({ input: sim.stdout });
+      lines.once("line", (first) => done([first]));
+      sim.once("exit", () => failed(new Error("the simulation has ended")));
+    });
+    await part(`http://${JSON.parse(line).web}`);
+  } finally {
+    sim.kill();
+  }
+}
+
+/** A page that is looked at for everything that it must not do. */
+async function open(browser, base, { width = 1440, language = "en", theme = "light" } = {}) {
+  const context = await browser.newContext({ viewport: { width, height: 900 } });
+  await context.addInitScript(([language, theme]) => {
+    localStorage.setItem("language", language);
+    localStorage.setItem("theme", theme);
+  }, [language, theme]);
+  const page = await context.newPage();
+  page.setDefaultTimeout(60_000);
+  const note = (what) => problems.push(`${language} ${theme} ${width} ${page.url()}: ${what}`);
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && note(message.text()));
+  page.on("pageerror", (error) => note(error.stack));
+  page.on("request", (request) => !request.url().startsWith(base) && !request.url().startsWith("blob:") && note(`asks ${request.url()}`));
+  return page;
+}
+
+const state = async (base) => (await (await fetch(`${base}/api/state`)).json()).ring;
+const text = (page, selector) => page.locator(selector).textContent();
+const until = (page, selector, wanted) => page.waitForFunction(([selector, wanted]) => document.querySelector(selector)?.textContent.includes(wanted), [selector, wanted]);
+
+/** What the example must have come to. */
+async function example_holds(base) {
+  const { parameters, data_check: check } = (await state(base)).devices[2];
+  for (const [service, value] of EXAMPLE) {
+    assert.equal(parameters.find((parameter) => parameter.service === service).active, value, `service ${service}`);
+  }
+  assert.equal(check, "0000");
+  const { changes } = await (await fetch(`${base}/api/history?position=2`)).json();
+  const steps = changes.flatMap((change) => [change.out_step, change.in_step]).filter(Boolean);
+  assert.deepEqual(steps.slice(0, 5), [1, 2, 3, 4, 5]);
+}
+
+async function by_mouse(browser, base) {
+  const page = await open(browser, base);
+  await page.goto(`${base}/#handshake/2`);
+  for (const [service, value] of EXAMPLE) {
+    await page.selectOption("#service", String(service));
+    await page.fill("#data", String(value));
+    await page.click("#step1");
+    await until(page, "#out", (0x40000000 + service * 0x1000000 + value).toString(16).toUpperCase());
+    await page.click("#step2");
+    await page.waitForFunction(() => Number.parseInt(document.querySelector("#in").textContent, 16) >= 0x80000000);
+    if (service === 2) await page.screenshot({ path: `${pictures}/acknowledged.png`, fullPage: true });
+    await page.click("#step4");
+    await page.waitForFunction(() => Number.parseInt(document.querySelector("#in").textContent, 16) < 0x80000000);
+  }
+  await page.selectOption("#service", "8");
+  await page.click("#go");
+  await until(page, "#answer", "Acknowledged: 0");
+  await page.waitForFunction(() => document.querySelectorAll("#history tr").length >= 20);
+  await page.screenshot({ path: `${pictures}/handshake.png`, fullPage: true });
+  await example_holds(base);
+  await page.context().close();
+}
+
+/** Goes on with Tab until this has the focus. */
+async function tab_to(page, selector) {
+  for (let k = 0; k < 60; k += 1) {
+    if (await page.evaluate((selector) => document.activeElement?.matches(selector), selector)) return;
+    await page.keyboard.press("Tab");
+  }
+  assert.fail(`Tab does not lead to ${selector}`);
+}
+
+async function by_keyboard(browser, base) {
+  const page = await open(browser, base);
+  await page.goto(`${base}/#ring`);
+  await page.waitForSelector("main h2");
+  await tab_to(page, 'nav a[href^="#handshake"]');
+  await page.keyboard.press("Enter");
+  await page.waitForSelector("#service");
+  await tab_to(page, "#position");
+  await page.keyboard.type("2");
+  await page.waitForURL("**/#handshake/2");
+  const choose = async (selector, letters) => {
+    await page.evaluate(() => document.activeElement.blur());
+    await tab_to(page, selector);
+    await page.keyboard.type(letters);
+  };
+  for (const [service, value] of EXAMPLE) {
+    await choose("#service", `0${service}`);
+    await tab_to(page, "#access");
+    await page.keyboard.type("w");
+    await tab_to(page, "#data");
+    await page.keyboard.press("Control+A");
+    await page.keyboard.type(String(value));
+    await tab_to(page, "#go");
+    await page.keyboard.press("Enter");
+    await until(page, "#answer", `= ${value.toString(16).toUpperCase().padStart(6, "0")}h`);
+  }
+  await choose("#service", "08");
+  await tab_to(page, "#go");
+  await page.keyboard.press("Space");
+  await until(page, "#answer", "Acknowledged: 0");
+  await example_holds(base);
+  await page.goto(`${base}/#encoder/1`);
+  await tab_to(page, "#stop");
+  await page.keyboard.press("Enter");
+  await tab_to(page, "#dial").catch(async () => { await page.keyboard.press("Shift+Tab"); });
+  await page.context().close();
+}
+
+async function broken_segment_and_lesson(browser, base) {
+  const page = await open(browser, base);
+  await page.goto(`${base}/#lessons`);
+  await page.click('[data-lesson="break"]');
+  await page.click('nav a[href="#ring"]');
+  await page.click('[data-segment="2"] [data-do="break"]');
+  await until(page, "#found", "device 2.0");
+  await page.waitForSelector('[data-device="2"] .lamp[data-lamp="ba"]:not(.lit)');
+  assert.equal((await state(base)).diagnosis.parameter, "0280");
+  await until(page, "#events", "the ring ends before segment 2");
+  await page.screenshot({ path: `${pictures}/broken.png`, fullPage: true });
+  await page.click('[data-segment="2"] [data-do="mend"]');
+  await until(page, "#found", "no fault");
+  await page.waitForSelector('[data-device="2"] .lamp[data-lamp="ba"].lit');
+  await page.click('nav a[href="#lessons"]');
+  await until(page, '[data-card="break"]', "Passed.");
+  await page.context().close();
+}
+
+async function dragged(browser, base) {
+  const page = await open(browser, base);
+  await page.goto(`${base}/#encoder/2`);
+  await page.click("#stop");
+  await page.focus("#dial");
+  await page.keyboard.press("Home");
+  await until(page, '[data-row="steps"]', "0");
+  const box = await page.locator("#dial").boundingBox();
+  const at = (turn) => [box.x + box.width / 2 + Math.sin(turn * 2 * Math.PI) * box.width * 0.3, box.y + box.height / 2 - Math.cos(turn * 2 * Math.PI) * box.height * 0.3];
+  await page.mouse.move(...at(0));
+  await page.mouse.down();
+  for (let k = 1; k <= 10; k += 1) await page.mouse.move(...at(k / 40));
+  await page.mouse.up();
+  // A quarter of a turn of 4096 steps, as exactly as a pointer can be.
+  await page.waitForFunction(() => Math.abs(Number(document.querySelector('[data-row="steps"]').textContent) - 1024) < 60);
+  await page.keyboard.press("ArrowRight");
+  const { value } = (await state(base)).devices[2];
+  assert.ok(Math.abs(value - 1024) < 61, String(value));
+  await page.waitForFunction(async () => {
+    const { ring } = await (await fetch("/api/state")).json();
+    return document.querySelector('[data-row="steps"]').textContent === String(ring.devices[2].value);
+  });
+  await page.screenshot({ path: `${pictures}/encoder.png`, fullPage: true });
+  await page.context().close();
+}
+
+async function every_view(browser, base) {
+  for (const language of ["en", "de"]) {
+    for (const theme of ["light", "dark"]) {
+      for (const width of [360, 1440]) {
+        const page = await open(browser, base, { width, language, theme });
+        for (const view of ["ring", "encoder/0", "encoder/2", "handshake/1", "trend/1", "lessons"]) {
+          await page.goto(`${base}/#${view}`);
+          await page.waitForSelector("main h2");
+          await page.waitForFunction(() => document.querySelectorAll("#strip span").length > 3);
+          const name = `${view.replace("/", "-")} ${language} ${theme} ${width}`;
+          const wider = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+          if (wider > 0) problems.push(`${name}: ${wider} pixels wider than the screen`);
+          await page.evaluate(axe);
+          const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+          for (const { id, impact, nodes } of found.violations) {
+            if (["serious", "critical"].includes(impact)) problems.push(`${name}: ${id}: ${nodes.map((node) => node.html.slice(0, 120)).join(" | ")}`);
+          }
+          await page.screenshot({ path: `${pictures}/${name.replaceAll(" ", "-")}.png`, fullPage: true });
+        }
+        await page.context().close();
+      }
+    }
+  }
+}
+
+const browser = await chromium.launch({
+  executablePath: "/usr/bin/chromium",
+  args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"],
+});
+try {
+  for (const part of [by_mouse, by_keyboard, broken_segment_and_lesson, dragged, every_view]) {
+    const began = performance.now();
+    await ring((base) => part(browser, base));
+    console.log(`${part.name}: ${((performance.now() - began) / 1000).toFixed(1)} s`);
+  }
+} finally {
+  await browser.close();
+}
+assert.deepEqual([...new Set(problems)], []);
+console.log("the page in a browser: all is well");

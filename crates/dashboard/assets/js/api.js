@@ -1,0 +1,69 @@
+// What the server is asked, and what it tells by itself.
+
+/** A merge patch (RFC 7386). */
+function merge(target, patch) {
+  if (patch === null || typeof patch !== "object" || Array.isArray(patch)) return patch;
+  const merged = { ...(target !== null && typeof target === "object" && !Array.isArray(target) ? target : {}) };
+  for (const [key, value] of Object.entries(patch)) {
+    if (value === null) delete merged[key];
+    else merged[key] = merge(merged[key], value);
+  }
+  return merged;
+}
+
+async function get(path) {
+  const answer = await fetch(path);
+  const value = await answer.json();
+  if (!answer.ok) throw new Error(value.error ?? answer.statusText);
+  return value;
+}
+
+export const units = () => get("/api/units");
+export const history = (position, from) => get(`/api/history?position=${position}&from=${from}`);
+export const happened = (from) => get(`/api/happened?from=${from}`);
+
+/** Has a verb carried out; an answer that is no "ok" is an error. */
+export async function command(verb) {
+  const body = JSON.stringify(verb);
+  const answer = await fetch("/api/command", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+  const value = await answer.json();
+  if (!value.ok) throw new Error(value.error);
+  return value;
+}
+
+/** Tells each state of the ring, and whether there is a connection. */
+export function follow(seen, connected) {
+  const source = new EventSource("/api/events");
+  let state = null;
+  source.addEventListener("open", () => connected(true));
+  source.addEventListener("error", () => connected(false));
+  source.addEventListener("state", (event) => {
+    state = JSON.parse(event.data);
+    seen(state);
+  });
+  source.addEventListener("patch", (event) => {
+    if (state === null) return;
+    state = merge(state, JSON.parse(event.data));
+    seen(state);
+  });
+}
+
+/** Sends the newest of many values, one after the other, and drops those in between. */
+export function newest(send) {
+  let next = null;
+  let busy = false;
+  return async (value) => {
+    next = { value };
+    if (busy) return;
+    busy = true;
+    try {
+      while (next) {
+        const { value: now } = next;
+        next = null;
+        await send(now);
+      }
+    } finally {
+      busy = false;
+    }
+  };
+}

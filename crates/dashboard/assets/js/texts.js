@@ -1,0 +1,39 @@
+// The texts of the page: the server sends codes, the words are here, in each language.
+
+export const LANGUAGES = ["en", "de"];
+
+let texts = {};
+let language = "en";
+
+/** Reads the texts of a language. */
+export async function speak(wanted) {
+  language = LANGUAGES.includes(wanted) ? wanted : "en";
+  const answer = await fetch(`/texts/${language}.json`);
+  texts = await answer.json();
+  document.documentElement.lang = language;
+}
+
+/** The language that was chosen here, else that of the browser. */
+export function usual() {
+  const chosen = localStorage.getItem("language");
+  return chosen ?? (navigator.language.startsWith("de") ? "de" : "en");
+}
+
+/** A text with its values; a key without one shows itself. */
+export function t(key, values = {}) {
+  const text = texts[key] ?? key;
+  return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
+}
+
+/** A number as people of this language write it. */
+export function number(value, digits) {
+  const shape = digits == null ? {} : { minimumFractionDigits: digits, maximumFractionDigits: digits };
+  return value.toLocaleString(language, shape);
+}
+
+/** A time of nanoseconds. */
+export function span(ns) {
+  if (ns < 1e6) return `${number(ns / 1e3, 0)} µs`;
+  if (ns < 1e9) return `${number(ns / 1e6, 2)} ms`;
+  return `${number(ns / 1e9, 3)} s`;
+}

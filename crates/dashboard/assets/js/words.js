@@ -1,0 +1,52 @@
+// The 32-bit words and the positions, taken apart.
+
+/** The fields of a word from the highest bit down: name, highest bit, lowest bit. */
+export const FIELDS = [
+  ["service_bit", 31, 31],
+  ["read_write", 30, 30],
+  ["error", 29, 29],
+  ["reserve", 28, 28],
+  ["service", 27, 24],
+  ["data", 23, 0],
+];
+
+export const bits = (text) => Number.parseInt(text, 16) >>> 0;
+export const bit31 = (text) => bits(text) >>> 31;
+
+/** The value of a field in a word. */
+export function field(word, [, high, low]) {
+  const width = high - low + 1;
+  return (word >>> low) & (width === 32 ? 0xffffffff : 2 ** width - 1);
+}
+
+export const hex = (value, digits) => value.toString(16).toUpperCase().padStart(digits, "0");
+export const binary = (value, digits = 24) => value.toString(2).padStart(digits, "0").replace(/(.{4})(?=.)/g, "$1 ");
+export const gray = (value) => (value ^ (value >>> 1)) >>> 0;
+
+/** The OUT word of a service. */
+export function request(service, writes, data, bit) {
+  return ((bit ? 0x80000000 : 0) | (writes ? 0x40000000 : 0) | (service << 24) | (data & 0xffffff)) >>> 0;
+}
+
+/** A value as people write it: decimal, or hexadecimal with 0x or h. */
+export function value(text) {
+  const written = text.trim();
+  const digits = /^0x([0-9a-f]+)$/i.exec(written)?.[1] ?? /^([0-9][0-9a-f]*)h$/i.exec(written)?.[1];
+  if (digits) return Number.parseInt(digits, 16);
+  return /^[0-9]+$/.test(written) ? Number(written) : NaN;
+}
+
+/** What an active parameter is. */
+export function active(device, service) {
+  return device.parameters.find((parameter) => parameter.service === service)?.active;
+}
+
+/** The position in degrees and turns, or in millimetres. */
+export function place(device, unit) {
+  if (device.value == null) return null;
+  const length = active(device, 2);
+  if (unit.rod_um != null) return { mm: (device.value * unit.rod_um) / 1000 / length };
+  const turns = active(device, 3) / active(device, 9);
+  const all = (device.value * turns) / (length + 1);
+  return { turns: Math.floor(all), degrees: (all % 1) * 360 };
+}

@@ -1,0 +1,76 @@
+//! What the page is made of, all of it in the program.
+
+use axum::http::{StatusCode, Uri, header};
+use axum::response::{IntoResponse, Response};
+
+/// A file of the page.
+struct Asset {
+    path: &'static str,
+    kind: &'static str,
+    content: &'static [u8],
+}
+
+macro_rules! asset {
+    ($path:literal, $file:literal, $kind:literal) => {
+        Asset { path: $path, kind: $kind, content: include_bytes!(concat!("../assets/", $file)) }
+    };
+}
+
+const ASSETS: &[Asset] = &[
+    asset!("/", "index.html", "text/html; charset=utf-8"),
+    asset!("/style.css", "style.css", "text/css; charset=utf-8"),
+    asset!("/icon.svg", "icon.svg", "image/svg+xml"),
+    asset!("/api/openapi.json", "openapi.json", "application/json"),
+    asset!("/texts/en.json", "texts/en.json", "application/json"),
+    asset!("/texts/de.json", "texts/de.json", "application/json"),
+    asset!("/js/main.js", "js/main.js", "text/javascript; charset=utf-8"),
+    asset!("/js/api.js", "js/api.js", "text/javascript; charset=utf-8"),
+    asset!("/js/dom.js", "js/dom.js", "text/javascript; charset=utf-8"),
+    asset!("/js/texts.js", "js/texts.js", "text/javascript; charset=utf-8"),
+    asset!("/js/words.js", "js/words.js", "text/javascript; charset=utf-8"),
+    asset!("/js/ring.js", "js/ring.js", "text/javascript; charset=utf-8"),
+    asset!("/js/encoder.js", "js/encoder.js", "text/javascript; charset=utf-8"),
+    asset!("/js/handshake.js", "js/handshake.js", "text/javascript; charset=utf-8"),
+    asset!("/js/figure.js", "js/figure.js", "text/javascript; charset=utf-8"),
+    asset!("/js/lessons.js", "js/lessons.js", "text/javascript; charset=utf-8"),
+    asset!("/js/trend.js", "js/trend.js", "text/javascript; charset=utf-8"),
+];
+
+/// The paths of the page.
+pub(crate) fn paths() -> impl Iterator<Item = &'static str> {
+    ASSETS.iter().map(|asset| asset.path)
+}
+
+/// The file at this path, or that there is none.
+pub(crate) async fn file(uri: Uri) -> Response {
+    match ASSETS.iter().find(|asset| asset.path == uri.path()) {
+        Some(asset) => ([(header::CONTENT_TYPE, asset.kind)], asset.content).into_response(),
+        None => (StatusCode::NOT_FOUND, "there is no such page\n").into_response(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::{Path, PathBuf};
+
+    use super::*;
+
+    fn files(folder: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        entries.flat_map(|path| if path.is_dir() { files(&path) } else { vec![path] }).collect()
+    }
+
+    #[test]
+    fn every_file_of_the_page_is_served_and_the_first_view_is_below_300_kb() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets");
+        let there: BTreeSet<String> = files(&folder)
+            .iter()
+            .map(|file| format!("/{}", file.strip_prefix(&folder).unwrap().display()))
+            .map(|path| path.replace("/index.html", "/").replace("/openapi", "/api/openapi"))
+            .collect();
+        assert_eq!(there, paths().map(str::to_owned).collect());
+        let bytes: usize = ASSETS.iter().map(|asset| asset.content.len()).sum();
+        assert!(bytes < 300 * 1024, "{bytes} bytes");
+    }
+}

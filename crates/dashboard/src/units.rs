@@ -1,0 +1,72 @@
+//! What does not change of each encoder: what its model is and can.
+
+use encoring_encoder::Unit;
+use encoring_words::model::{Allowed, Effect, Sensor};
+use serde::Serialize;
+
+/// An encoder as it was delivered.
+#[derive(Serialize)]
+struct UnitView {
+    position: usize,
+    model: &'static str,
+    title: &'static str,
+    /// Of a shaft.
+    steps_per_turn: Option<u32>,
+    /// Of a rod.
+    rod_um: Option<u32>,
+    firmware: String,
+    preset_inputs: usize,
+    ssi: bool,
+    /// Whether the position may be in Gray code, which service 01 chooses.
+    gray: bool,
+    /// Whether programmed values count at once, without a data check.
+    at_once: bool,
+    services: Vec<ServiceView>,
+}
+
+/// A service that its manual lists.
+#[derive(Serialize)]
+struct ServiceView {
+    number: u8,
+    read: bool,
+    write: bool,
+    range: Option<(u32, u32)>,
+}
+
+impl UnitView {
+    fn of(position: usize, unit: &Unit) -> Self {
+        let model = unit.model();
+        let (steps_per_turn, rod_um) = match unit.sensor() {
+            Sensor::Rotary { steps_per_turn } => (Some(steps_per_turn), None),
+            Sensor::Linear { rod_um } => (None, Some(rod_um)),
+        };
+        let services = model.services().iter().map(|listed| ServiceView {
+            number: listed.service.number(),
+            read: listed.allowed != Allowed::Writing,
+            write: listed.allowed != Allowed::Reading,
+            range: encoring_words::Parameter::from_service(listed.service)
+                .and_then(|parameter| parameter.range(model)),
+        });
+        Self {
+            position,
+            model: model.name(),
+            title: model.title(),
+            steps_per_turn,
+            rod_um,
+            firmware: unit.firmware.to_string(),
+            preset_inputs: model.preset_inputs().len(),
+            ssi: model.has_ssi_output(),
+            gray: model.position_may_be_gray(),
+            at_once: model.effect() == Effect::AtOnce,
+            services: services.collect(),
+        }
+    }
+}
+
+/// All of them, as JSON.
+pub(crate) fn in_json(units: &[Unit]) -> String {
+    let views: Vec<UnitView> =
+        units.iter().enumerate().map(|(position, unit)| UnitView::of(position, unit)).collect();
+    // Plain data with names for keys has no reason to fail.
+    serde_json::to_string(&views).unwrap_or_default()
+}

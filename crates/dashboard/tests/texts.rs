@@ -1,0 +1,107 @@
+//! Both languages have every text that the page uses, and no other.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may panic")]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::PathBuf;
+
+use encoring_host::referee::RULES;
+
+type Texts = BTreeMap<String, String>;
+
+fn assets() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("assets")
+}
+
+fn texts(language: &str) -> Texts {
+    let text = fs::read_to_string(assets().join(format!("texts/{language}.json"))).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+fn scripts() -> String {
+    let files = fs::read_dir(assets().join("js")).unwrap();
+    files.map(|file| fs::read_to_string(file.unwrap().path()).unwrap()).collect()
+}
+
+/// The first argument of each call of `t`.
+fn asked(script: &str) -> Vec<&str> {
+    let word =
+        |before: &str| before.ends_with(|last: char| last.is_alphanumeric() || last == '_' || last == '.');
+    let calls = script.match_indices("t(").filter(|(at, _)| !word(&script[..*at]));
+    let argument = |at: usize| {
+        let mut depth = 0;
+        let rest = &script[at..];
+        let end = rest.find(|next| {
+            depth += match next {
+                '(' | '{' | '[' => 1,
+                ')' | '}' | ']' => -1,
+                _ => 0,
+            };
+            depth < 0 || depth == 0 && next == ','
+        });
+        &rest[..end.unwrap()]
+    };
+    calls.map(|(at, call)| argument(at + call.len())).collect()
+}
+
+/// The keys that a script asks for, and the beginnings of those that it makes of codes.
+fn used(script: &str) -> (BTreeSet<String>, BTreeSet<String>) {
+    let (mut whole, mut made) = (BTreeSet::new(), BTreeSet::new());
+    for argument in asked(script) {
+        whole.extend(argument.split('"').skip(1).step_by(2).map(str::to_owned));
+        let templates = argument.split('`').skip(1).step_by(2);
+        made.extend(templates.map(|text| text.split("${").next().unwrap().to_owned()));
+    }
+    (whole, made)
+}
+
+fn places(text: &str) -> BTreeSet<&str> {
+    text.split('{').skip(1).map(|rest| rest.split('}').next().unwrap()).collect()
+}
+
+#[test]
+fn both_languages_have_the_same_texts_with_the_same_values() {
+    let (english, german) = (texts("en"), texts("de"));
+    assert_eq!(english.keys().collect::<Vec<_>>(), german.keys().collect::<Vec<_>>());
+    for (key, text) in &english {
+        let german = &german[key];
+        assert!(!text.trim().is_empty() && !german.trim().is_empty(), "{key}");
+        assert_eq!(places(text), places(german), "{key}");
+    }
+    let differ = english.iter().filter(|(key, text)| german[*key] != **text).count();
+    assert!(differ * 10 > english.len() * 8, "{differ} of {} are translated", english.len());
+}
+
+#[test]
+fn every_text_that_a_script_asks_for_is_there_and_every_text_is_asked_for() {
+    let (english, script) = (texts("en"), scripts());
+    let (whole, made) = used(&script);
+    assert!(whole.len() > 80 && made.len() > 10, "{} and {} were found", whole.len(), made.len());
+    for key in &whole {
+        assert!(english.contains_key(key), "no text {key}");
+    }
+    for beginning in &made {
+        assert!(english.keys().any(|key| key.starts_with(beginning.as_str())), "no text {beginning}...");
+    }
+    // An event's key is put together before it is asked for.
+    let event = |key: &str| key.starts_with("event.") && script.contains("`event.search_found.${");
+    for key in english.keys() {
+        let asked = whole.contains(key) || made.iter().any(|made| !made.is_empty() && key.starts_with(made));
+        assert!(asked || event(key), "nobody asks for {key}");
+    }
+}
+
+#[test]
+fn every_service_status_register_bit_and_rule_has_its_text() {
+    let english = texts("en");
+    for service in 0..16 {
+        assert!(english.contains_key(&format!("service.{service}")));
+        assert!(english.contains_key(&format!("status.{service}")));
+    }
+    for rule in RULES {
+        assert!(english.contains_key(&format!("broken.{}", rule.name())), "{}", rule.name());
+    }
+    for (_, name) in encoring_ring::diagnostics::STATUS_BITS {
+        assert!(english.contains_key(&format!("register.{name}")), "{name}");
+    }
+}
