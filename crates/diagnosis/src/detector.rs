@@ -23,8 +23,9 @@ impl Detector {
 
     /// Takes the next row, in the order of the recording.
     pub fn sample(&mut self, sample: Sample) {
-        let window = self.windows.entry(sample.position).or_insert_with(|| Window::new(sample.position));
-        window.push(&sample, &self.options);
+        let Self { options, windows } = self;
+        let window = windows.entry(sample.position);
+        window.or_insert_with(|| Window::new(sample.position, options)).push(&sample);
     }
 
     /// What has been told so far of an encoder, in the order in which it was found. The rows of the latest lie no further back than
@@ -39,7 +40,7 @@ impl Detector {
     pub fn finish(self) -> Conclusion {
         let mut conclusion = Conclusion::default();
         for (_, window) in self.windows {
-            window.finish(&self.options, &mut conclusion);
+            window.finish(&mut conclusion);
         }
         conclusion.episodes.sort_by_key(|episode| (episode.time_ns, episode.line));
         conclusion

@@ -26,24 +26,35 @@
 //! assert_eq!((conclusion.episodes[0].cause, conclusion.episodes[0].line), (JumpCause::SingleBit, 102));
 //! ```
 
+mod axis;
+mod beyond;
 mod cause;
+mod curve;
 mod detector;
 mod episode;
-mod jumps;
-mod motion;
+mod noise;
 mod options;
+mod outside;
 mod page;
 mod picture;
+mod returning;
+mod round;
 mod row;
 mod sample;
+mod scan;
+mod services;
+mod staying;
+mod stuck;
 #[cfg(test)]
 mod tests;
+mod verdict;
+mod ways;
 mod window;
 
 pub use cause::{CAUSES, JumpCause, Likelihood};
 pub use detector::Detector;
 pub use episode::{ALTERNATIVES_MAX, Conclusion, Episode};
-pub use options::{KnownPlace, Options};
+pub use options::{ActiveValues, KnownPlace, Options};
 pub use page::{PagePart, page};
 pub use picture::Picture;
 pub use sample::{Sample, Sighting};

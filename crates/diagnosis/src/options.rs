@@ -1,20 +1,34 @@
 //! What is said of the encoder and its axis beforehand.
 
-use encoring_words::Model;
+use core::num::NonZeroU32;
 
-/// What is known of every encoder of a recording. The default is nothing.
+use encoring_words::model::Sensor;
+use encoring_words::{Model, ParameterSet};
+
+/// What is known of the encoders of a recording. The default is nothing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The model.
     pub model: Option<Model>,
-    /// Steps per turn of the position, as S, N and D make them.
-    pub measuring_length: Option<u32>,
+    /// What is active in the encoder.
+    pub active: Option<ActiveValues>,
     /// The highest speed of the shaft in revolutions per minute.
-    pub most_rpm: Option<u32>,
+    pub most_rpm: Option<NonZeroU32>,
     /// The highest speed of the magnet in mm/s.
-    pub most_mm_s: Option<u32>,
+    pub most_mm_s: Option<NonZeroU32>,
     /// Places that somebody knows.
     pub known: Vec<KnownPlace>,
+}
+
+/// The values of an encoder that are active.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ActiveValues {
+    /// The model.
+    pub model: Model,
+    /// Its sensor.
+    pub sensor: Sensor,
+    /// Its values.
+    pub parameters: ParameterSet,
 }
 
 /// Where the axis is known to have been.

@@ -38,3 +38,20 @@ fn positions_that_begin_again_are_a_wrap() {
     let words = (0..300).map(|k| k * 100 % 10_000);
     assert_eq!(causes(words), [(102, JumpCause::Wrap), (202, JumpCause::Wrap)]);
 }
+
+#[test]
+fn a_zero_that_was_lost_shows_by_a_known_place_before_a_pause_and_one_behind_it() {
+    let known = [(100, 1_000), (900, 1_000)]
+        .map(|(ms, steps)| crate::KnownPlace { time_ns: ms * 1_000_000, steps })
+        .to_vec();
+    let mut detector = Detector::new(Options { known, ..Options::default() });
+    for k in 0..1_000_u64 {
+        if (400..600).contains(&k) {
+            continue;
+        }
+        let reading = Sighting::Word(if k < 500 { 1_000 } else { 5_000 });
+        detector.sample(Sample { line: k + 2, time_ns: k * 1_000_000, position: 0, out: None, reading });
+    }
+    let found = detector.finish().episodes;
+    assert_eq!((found[0].line, found[0].cause), (602, JumpCause::ZeroLost), "{found:?}");
+}

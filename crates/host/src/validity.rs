@@ -52,7 +52,8 @@ use encoring_words::parameter::Code;
 use encoring_words::word::{In, ServiceFields, ServiceNumber};
 use encoring_words::{Access, Duration, ErrorStatus, InWord, Instant, Service, gray};
 
-pub use expectation::{Expectation, Limits, NoExpectation};
+pub use expectation::{Expectation, Limits, NoExpectation, Swiftest};
+pub use track::Circle;
 
 use crate::Seen;
 use track::{EVER, Sample, Space, Track};

@@ -3,12 +3,17 @@
 use std::collections::BTreeMap;
 use std::str::FromStr;
 
-use encoring_diagnosis::{Detector, Episode, JumpCause, KnownPlace, Likelihood, Options, Sample};
+use encoring_diagnosis::{
+    ActiveValues, Detector, Episode, JumpCause, KnownPlace, Likelihood, Options, Sample,
+};
 use encoring_trace::Reader;
-use encoring_words::Model;
+use encoring_words::model::Sensor;
+use encoring_words::{Model, Parameter, ParameterSet};
 
 use crate::corpus::Case;
+use crate::device::Kind;
 use crate::file;
+use crate::plan::Plan;
 use crate::stage::Jump;
 
 /// Rows by which a finding may lie beside its jump.
@@ -127,9 +132,10 @@ pub(crate) fn diagnosed(case: &Case) -> Vec<Episode> {
     let plan = &case.plan;
     let known =
         case.known.iter().map(|(us, steps)| KnownPlace { time_ns: us * 1_000, steps: *steps }).collect();
+    let model = Model::from_str(plan.device.model).ok();
     let mut detector = Detector::new(Options {
-        model: Model::from_str(plan.device.model).ok().filter(|_| plan.model_told),
-        measuring_length: plan.scaling_told.then_some(plan.scaling.length as u32),
+        model: model.filter(|_| plan.model_told),
+        active: model.filter(|_| plan.scaling_told).map(|model| active(model, plan)),
         known,
         ..Options::default()
     });
@@ -139,6 +145,26 @@ pub(crate) fn diagnosed(case: &Case) -> Vec<Episode> {
         detector.sample(sample);
     }
     detector.finish().episodes
+}
+
+/// The values of the encoder, as a backup would have them.
+fn active(model: Model, plan: &Plan) -> ActiveValues {
+    let native = plan.device.native as u32;
+    let sensor = match plan.device.kind {
+        Kind::Shaft => Sensor::Rotary { steps_per_turn: native },
+        Kind::Rod => Sensor::Linear { rod_um: native },
+    };
+    let mut parameters = ParameterSet::factory(model, sensor);
+    let values = [
+        (Parameter::CountingDirection, i64::from(plan.scaling.falling)),
+        (Parameter::MeasuringLength, plan.scaling.length),
+        (Parameter::Numerator, plan.scaling.numerator),
+        (Parameter::Denominator, plan.scaling.denominator),
+    ];
+    for (parameter, value) in values {
+        parameters.set(parameter, value as u32);
+    }
+    ActiveValues { model, sensor, parameters }
 }
 
 /// Whether a finding is about the rows of a jump.

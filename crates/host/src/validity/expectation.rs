@@ -6,7 +6,7 @@ use encoring_words::model::{Sensor, SensorKind};
 use encoring_words::parameter::{Code, OutOfRange, Parameter};
 use encoring_words::{Duration, ErrorStatus, Model, ParameterSet};
 
-use super::track::Space;
+use super::track::{Circle, Space};
 
 /// What the positions of an encoder must be like, from its active set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,10 +103,10 @@ impl Expectation {
     /// The same with the limits of a movement.
     pub(super) fn space(&self, limits: &Limits) -> Space {
         let of = |limit: Option<NonZeroU32>| limit.map(|limit| i128::from(limit.get()));
-        let positions = i64::from(self.largest) + 1;
+        let circle = self.circle();
         match self.moved {
             Moved::Shaft { step, native, turn } => Space {
-                positions,
+                circle,
                 step,
                 blur: step + native,
                 speed: of(limits.speed_rpm).map(|rpm| ceil(rpm * turn, 60)),
@@ -118,7 +118,7 @@ impl Expectation {
                 let micrometre = i128::from(self.measuring_length);
                 let of_mm = |limit| of(limit).map(|mm| mm * 1_000 * micrometre);
                 Space {
-                    positions,
+                    circle,
                     step: rod_um,
                     blur: rod_um + micrometre,
                     speed: of_mm(limits.speed_mm_s),
@@ -129,10 +129,42 @@ impl Expectation {
         }
     }
 
+    /// The positions that there are.
+    #[must_use]
+    pub const fn circle(&self) -> Circle {
+        Circle { positions: self.largest as i64 + 1 }
+    }
+
+    /// The code of the positions on the bus.
+    #[must_use]
+    pub const fn code(&self) -> Code {
+        self.code
+    }
+
+    /// The largest speed and acceleration, in steps.
+    #[must_use]
+    pub fn swiftest(&self, limits: &Limits) -> Swiftest {
+        let space = self.space(limits);
+        let steps = |units: Option<i128>| {
+            let units = units.filter(|_| space.step > 0)?;
+            Some(i64::try_from(ceil(units, space.step)).unwrap_or(i64::MAX))
+        };
+        Swiftest { steps_per_s: steps(space.speed), steps_per_s2: steps(space.acceleration) }
+    }
+
     /// `true` for a rod, whose encoder holds the last place of a magnet that is gone.
     pub(super) const fn holds(&self) -> bool {
         matches!(self.moved, Moved::Magnet { .. })
     }
+}
+
+/// The largest speed and acceleration of what is measured, in steps of the position; `None` without a limit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Swiftest {
+    /// Steps a second.
+    pub steps_per_s: Option<i64>,
+    /// Steps a second squared.
+    pub steps_per_s2: Option<i64>,
 }
 
 /// Rounded up; both above 0.

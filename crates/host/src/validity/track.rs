@@ -45,11 +45,44 @@ pub(super) const EVER: i128 = -(1 << 100);
 
 const NANOS_PER_S: i128 = 1_000_000_000;
 
+/// Positions that begin again behind the last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Circle {
+    /// How many there are; from 1.
+    pub positions: i64,
+}
+
+impl Circle {
+    /// Steps upwards from one position to another, 0 to one less than there are positions.
+    #[must_use]
+    pub const fn up(self, from: i64, to: i64) -> i64 {
+        let steps = to.saturating_sub(from);
+        match if steps < 0 { steps.saturating_add(self.positions) } else { steps } {
+            up if up >= 0 && up < self.positions => up,
+            _ if self.positions > 0 => steps.rem_euclid(self.positions),
+            _ => 0,
+        }
+    }
+
+    /// The shorter way from one position to another, in steps; upwards counts positive.
+    #[must_use]
+    pub const fn way(self, from: i64, to: i64) -> i64 {
+        let up = self.up(from, to);
+        if up > self.positions / 2 { up.saturating_sub(self.positions) } else { up }
+    }
+
+    /// The position so many steps further.
+    #[must_use]
+    pub const fn moved(self, from: i64, steps: i64) -> i64 {
+        let positions = if self.positions < 1 { 1 } else { self.positions };
+        from.saturating_add(steps).rem_euclid(positions)
+    }
+}
+
 /// The positions, and how the place that they show may move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Space {
-    /// How many positions there are until they begin again.
-    pub(super) positions: i64,
+    pub(super) circle: Circle,
     /// Units a step.
     pub(super) step: i128,
     /// Units that may lie between the lowest and the highest place of one position.
@@ -107,21 +140,13 @@ struct Way {
 impl Space {
     /// The shorter distance of two positions, in steps.
     pub(super) fn distance(&self, from: u32, to: u32) -> i64 {
-        let up = self.up(from, to);
-        up.min(self.positions.saturating_sub(up))
-    }
-
-    /// Steps upwards, 0 to one less than there are positions.
-    fn up(&self, from: u32, to: u32) -> i64 {
-        let steps = i64::from(to) - i64::from(from);
-        if steps < 0 { steps.saturating_add(self.positions) } else { steps }
+        self.circle.way(from.into(), to.into()).saturating_abs()
     }
 
     /// A position that moves as another does: on a rod it stays between the ends.
     pub(super) fn moved(&self, position: u32, from: u32, to: u32) -> u32 {
-        let up = self.up(from, to);
         let moved = match self.reach {
-            None => i64::from(position).saturating_add(up).rem_euclid(self.positions.max(1)),
+            None => self.circle.moved(position.into(), self.circle.up(from.into(), to.into())),
             Some(end) => i64::from(position).saturating_add(i64::from(to) - i64::from(from)).clamp(0, end),
         };
         u32::try_from(moved).unwrap_or(position)
@@ -135,7 +160,7 @@ impl Space {
     pub(super) fn excludes(&self, nanos: i128) -> bool {
         let Some(speed) = self.speed else { return true };
         let reached = floor(speed.saturating_mul(nanos), NANOS_PER_S).unwrap_or(0).saturating_add(self.blur);
-        reached.saturating_mul(2) < self.units(self.positions)
+        reached.saturating_mul(2) < self.units(self.circle.positions)
     }
 
     fn units(&self, steps: i64) -> i128 {
@@ -229,9 +254,9 @@ impl Track {
 
     /// The track with one more sample, or why no movement shows both.
     pub(super) fn follow(&self, space: &Space, sample: &Sample, refresh: Duration) -> Result<Self, Why> {
-        let up = space.up(self.value, sample.value);
+        let up = space.circle.up(self.value.into(), sample.value.into());
         // The other way round; the whole round if the position is the same.
-        let down = up.saturating_sub(space.positions);
+        let down = up.saturating_sub(space.circle.positions);
         let ways = [self.way(space, sample, up), self.way(space, sample, down)];
         let [up, down] = ways.map(|way| way.filter(|way| way.bottom.min(way.top) <= sample.latest));
         match (up, down) {

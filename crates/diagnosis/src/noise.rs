@@ -1,0 +1,166 @@
+//! Stretches whose rows scatter, or repeat: noise, and the beat of log and refresh.
+
+use std::ops::Range;
+
+use crate::cause::JumpCause;
+use crate::curve::{Curve, Point, scaled};
+use crate::scan::Find;
+use crate::verdict::Judged;
+
+/// Rows that are looked at together.
+const BLOCK: usize = 16;
+/// Blocks of scatter in a row.
+const BLOCKS: usize = 2;
+/// How much larger second differences must be than in the quiet part.
+const TIMES: i64 = 4;
+/// The least scatter that is told, in steps.
+const LEAST: i64 = 8;
+
+/// What a block shows.
+#[derive(Clone, Copy)]
+struct Block {
+    /// The median of second differences.
+    median: i64,
+    /// The mean of the steps from row to row.
+    step: i64,
+    /// Whether each second difference takes back the one before.
+    takes_back: bool,
+    /// Rows with the value of the row before, while others go on.
+    repeats: usize,
+}
+
+fn blocks(curve: &Curve<'_>) -> Vec<Block> {
+    let starts = (0..curve.points.len().saturating_sub(BLOCK)).step_by(BLOCK);
+    starts.map(|start| block(curve, start)).collect()
+}
+
+fn block(curve: &Curve<'_>, start: usize) -> Block {
+    let places = start.max(2)..start + BLOCK;
+    let mut bends: Vec<i64> = places.clone().filter_map(|at| curve.off(at)).collect();
+    let product = |a: i64, b: i64| i128::from(a) * i128::from(b);
+    let own: i128 = bends.iter().map(|bend| product(*bend, *bend)).sum();
+    let next: i128 =
+        bends.windows(2).map(|two| two.iter().map(|bend| i128::from(*bend)).product::<i128>()).sum();
+    let steps: Vec<i64> = places.filter_map(|at| Some(curve.step(at)?.way)).collect();
+    let step = steps.iter().sum::<i64>() / i64::try_from(steps.len().max(1)).unwrap_or(1);
+    let repeats = steps.windows(2).filter(|two| matches!(two, [0, next] if next.abs() > 2)).count();
+    bends.iter_mut().for_each(|bend| *bend = bend.abs());
+    let middle = bends.len() / 2;
+    let median = if bends.is_empty() { 0 } else { *bends.select_nth_unstable(middle).1 };
+    Block { median, step: step.abs(), takes_back: next * 10 < -3 * own, repeats }
+}
+
+/// The noise of quiet rows: the lower quarter of the blocks.
+fn quiet(blocks: &[Block]) -> i64 {
+    let mut medians: Vec<i64> = blocks.iter().map(|block| block.median).collect();
+    let quarter = medians.len() / 4;
+    if medians.is_empty() { 0 } else { *medians.select_nth_unstable(quarter).1 }
+}
+
+/// The stretches of a curve that scatter or repeat.
+pub(crate) fn stretches(curve: &Curve<'_>, fast: bool) -> Vec<Find> {
+    let blocks = blocks(curve);
+    let quiet = quiet(&blocks);
+    let mut found = Vec::new();
+    let is_noisy = |block: &Block| {
+        block.takes_back
+            && block.median >= LEAST.max(TIMES * (quiet + 1))
+            && block.median * 3 > block.step
+            && block.repeats < BLOCK / 5
+    };
+    runs(&blocks, is_noisy, BLOCKS, |range| {
+        let median =
+            blocks.get(range.clone()).and_then(|blocks| blocks.iter().map(|block| block.median).max());
+        let evidence = format!(
+            "second differences of {} steps, each taken back by the next; {quiet} in the quiet part",
+            median.unwrap_or_default()
+        );
+        let judged = match held(curve, &range, median.unwrap_or_default()) {
+            Some(bit) => Judged::possible(JumpCause::Unclear, evidence)
+                .since(format!("bit {bit} is the same in all these rows"))
+                .or(&[JumpCause::StuckBit, JumpCause::Noise]),
+            None => Judged::likely(JumpCause::Noise, evidence),
+        };
+        found.push(Find { points: edges(curve, range, quiet), judged });
+    });
+    if fast {
+        runs(
+            &blocks,
+            |block| block.repeats * 5 >= BLOCK && block.step > 0,
+            BLOCKS,
+            |range| {
+                let points = range.start * BLOCK..range.end * BLOCK;
+                let evidence =
+                    "values stand twice, then a step of two: rows come faster than the refresh".to_owned();
+                found.push(Find { points, judged: Judged::likely(JumpCause::Aliasing, evidence) });
+            },
+        );
+    }
+    found.sort_by_key(|find| find.points.start);
+    found
+}
+
+fn runs(blocks: &[Block], is: impl Fn(&Block) -> bool, least: usize, mut tell: impl FnMut(Range<usize>)) {
+    let mut at = 0;
+    for run in blocks.chunk_by(|a, b| is(a) == is(b)) {
+        let range = at..at + run.len();
+        at = range.end;
+        if range.len() >= least && run.first().is_some_and(&is) {
+            tell(range);
+        }
+    }
+}
+
+/// A bit that scatter of this size would change, and that is the same in every row.
+fn held(curve: &Curve<'_>, blocks: &Range<usize>, median: i64) -> Option<u32> {
+    // The first and the last block may begin before and end behind.
+    let points = curve.points.get(blocks.start * BLOCK + BLOCK / 2..blocks.end * BLOCK - BLOCK / 2)?;
+    let ones = points.iter().fold(-1_i64, |ones, point| ones & point.value);
+    let zeros = points.iter().fold(-1_i64, |zeros, point| zeros & !point.value);
+    (0..24).find(|bit| {
+        let worth = 1_i64 << bit;
+        (ones | zeros) & worth != 0 && worth <= 2 * median && worth * 16 >= median
+    })
+}
+
+/// The points of blocks, with those beside them that scatter too.
+fn edges(curve: &Curve<'_>, blocks: Range<usize>, quiet: i64) -> Range<usize> {
+    let rough = |at: &usize| curve.off(*at).is_some_and(|off| off.abs() > LEAST.max(TIMES * (quiet + 1)));
+    let (first, last) = (blocks.start * BLOCK, blocks.end * BLOCK);
+    let from = (first.saturating_sub(BLOCK)..first).find(rough).unwrap_or(first);
+    let to = (last..(last + BLOCK).min(curve.points.len())).rev().find(rough).map_or(last, |at| at + 1);
+    from.saturating_sub(1)..to.min(curve.points.len())
+}
+
+/// The times of points as if they had been taken evenly, where the stamps are coarser than the rows or scatter more than the
+/// positions; and the period.
+pub(crate) fn period(points: &[Point]) -> i64 {
+    let mut spans: Vec<i64> =
+        points.windows(2).filter_map(|two| Some(two.get(1)?.time_ns - two.first()?.time_ns)).collect();
+    spans.retain(|span| *span >= 0);
+    let mut positive: Vec<i64> = spans.iter().copied().filter(|span| *span > 0).collect();
+    if positive.is_empty() {
+        return 1;
+    }
+    let middle = positive.len() / 2;
+    let median = *positive.select_nth_unstable(middle).1;
+    let usual: Vec<i64> = spans.into_iter().filter(|span| *span <= median + median * 3 / 4).collect();
+    let count = i64::try_from(usual.len().max(1)).unwrap_or(1);
+    (usual.iter().map(|span| i128::from(*span)).sum::<i128>() / i128::from(count))
+        .try_into()
+        .unwrap_or(median)
+        .max(1)
+}
+
+/// Takes the times of a run as even, if they are the stamps of even rows.
+pub(crate) fn even_times(points: &mut [Point], period: i64) {
+    let Some(first) = points.first().map(|point| point.time_ns) else { return };
+    let mut even = first;
+    for point in points.iter_mut().skip(1) {
+        let stamp = point.time_ns;
+        even += period;
+        let off = stamp - even;
+        even = if off.abs() * 4 > period * 3 { stamp } else { even + scaled(off, 1, 16) };
+        point.time_ns = even;
+    }
+}

@@ -1,0 +1,349 @@
+//! Rows that leave the curve and go on elsewhere.
+
+use encoring_words::Model;
+
+use crate::cause::JumpCause;
+use crate::curve::{Curve, Speed, scaled};
+use crate::services::{Done, Services};
+use crate::verdict::Judged;
+
+/// Rows from which the speed before and behind a jump is taken.
+const SPEED_ROWS: usize = 108;
+/// Rows that a speed must come from to be compared with another.
+const SPEED_ROWS_LEAST: usize = 4;
+/// Equal rows before a jump from which they are frozen.
+const FROZEN_ROWS: usize = 4;
+/// How long before a jump a service may have been asked for.
+const SERVICE_NS: i64 = 100_000_000;
+
+/// A jump at the point `at`, behind which the positions stay away.
+#[derive(Clone, Copy)]
+pub(crate) struct Departure<'a> {
+    pub(crate) curve: Curve<'a>,
+    pub(crate) services: &'a Services,
+    pub(crate) model: Option<Model>,
+    /// Values that a preset may aim at.
+    pub(crate) aims: &'a [i64],
+    /// The largest position that was seen.
+    pub(crate) most: i64,
+    /// How many positions there are is given or was seen.
+    pub(crate) is_circle_known: bool,
+    /// The first point that does not follow.
+    pub(crate) began: usize,
+    pub(crate) at: usize,
+    /// The first point that belongs to the same motion.
+    pub(crate) not_before: usize,
+}
+
+/// What is known of the motion around a jump.
+#[derive(Clone, Copy)]
+struct Around {
+    before: Speed,
+    after: Speed,
+    /// From the last point before to the first behind it.
+    span_ns: i64,
+    /// Steps that are not motion.
+    jump: i64,
+}
+
+impl Departure<'_> {
+    /// Why they left, with the point at which it began; `None` if it may be motion.
+    pub(crate) fn judged(&self) -> Option<(usize, Judged)> {
+        if let Some(frozen) = self.frozen() {
+            return Some(frozen);
+        }
+        let around = self.around()?;
+        let judged = self.serviced(&around).or_else(|| self.too_sudden()).or_else(|| self.wraps(&around));
+        let judged = judged.or_else(|| {
+            self.reversed(&around).or_else(|| self.rescaled(&around)).or_else(|| self.same_speed(&around))
+        });
+        Some((self.at, judged.unwrap_or_else(|| self.other_speed(&around))))
+    }
+
+    fn around(&self) -> Option<Around> {
+        let span_ns = self.curve.step(self.at)?.span_ns;
+        let stands = Speed { way: 0, span_ns: span_ns.max(1), rows: 0 };
+        let before = self.curve.speed_before(self.at - 1, SPEED_ROWS, self.not_before).unwrap_or(stands);
+        let after = self.curve.speed_after(self.at, SPEED_ROWS).unwrap_or(stands);
+        let (way, _) = self.curve.way(self.at - 1, self.at)?;
+        let near = |speed: Option<Speed>| speed.unwrap_or(stands).over(span_ns);
+        let motion = (near(self.curve.speed_before(self.at - 1, 3, self.not_before))
+            + near(self.curve.speed_after(self.at, 3)))
+            / 2;
+        Some(Around { before, after, span_ns, jump: way - motion })
+    }
+
+    /// Equal rows, and then the way that was gone meanwhile.
+    fn frozen(&self) -> Option<(usize, Judged)> {
+        let value = self.curve.value(self.at - 1);
+        let equal = (self.not_before..self.at).rev().take_while(|place| self.curve.value(*place) == value);
+        let rows = equal.count();
+        let first = self.at - rows;
+        if rows < FROZEN_ROWS || first == 0 {
+            return None;
+        }
+        let before = self.curve.speed_before(first, 8, self.not_before)?;
+        let after = self.curve.speed_after(self.at, 8)?;
+        let (way, span) = self.curve.way(first, self.at)?;
+        let (slow, fast) = (before.over(span), after.over(span));
+        let mean = (slow + fast) / 2;
+        let even = (slow - fast).abs() * 5 < mean.abs();
+        let off = mean.abs() * if even { 15 } else { 35 } / 100 + self.curve.near();
+        let row = scaled(mean, self.curve.period_ns, span);
+        let is_caught_up = (way - mean).abs() <= off && way.abs() * 2 > row.abs() * 5 && row.abs() >= 2;
+        if !is_caught_up {
+            return None;
+        }
+        let judged = Judged::likely(
+            JumpCause::Frozen,
+            format!(
+                "the same word in {rows} rows, then {way} steps, which is the way at the speed before and behind"
+            ),
+        );
+        Some((first + 1, judged))
+    }
+
+    /// The way from the last point before to here is one between both speeds: nothing but the speed changed.
+    fn too_sudden(&self) -> Option<Judged> {
+        let bend = self.curve.axis.bend(self.curve.period_ns).filter(|_| self.curve.axis.is_scale_known)?;
+        let (way, span) = self.curve.way(self.began - 1, self.at)?;
+        let before = self.curve.speed_before(self.began - 1, 4, self.not_before)?;
+        let after = self.curve.speed_after(self.at, 4)?;
+        let (was, is) = (before.over(span), after.over(span));
+        let rows = span / self.curve.period_ns.max(1);
+        let may = self.curve.near() + bend.saturating_mul(rows);
+        let is_between = (was.min(is) - may..=was.max(is) + may).contains(&way);
+        let (slow, fast) = (before.over(self.curve.period_ns), after.over(self.curve.period_ns));
+        let change = (fast - slow).abs();
+        let permissible = bend.saturating_mul(rows + 2) + self.curve.near();
+        (is_between && change > permissible).then(|| {
+            Judged::likely(
+                JumpCause::OverAcceleration,
+                format!(
+                    "the speed changes by {change} steps a row in {rows} rows; {permissible} are permissible"
+                ),
+            )
+        })
+    }
+
+    /// A jump at 0 against the motion, to or from the largest position that was seen, while nobody has said how many there
+    /// are.
+    fn wraps(&self, around: &Around) -> Option<Judged> {
+        if self.is_circle_known || !self.is_same_speed(around) {
+            return None;
+        }
+        let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
+        let speed = self.curve.speed_after(self.at, 3)?.over(around.span_ns);
+        let near = speed.abs() + self.curve.near();
+        let evidence = format!("{} steps at 0, against the motion, and on at the same speed", to - from);
+        let is_at_top = |place: i64| place + near >= self.most;
+        if speed < 0 && (0..=near).contains(&from) && to > from && is_at_top(to) {
+            return Some(Judged::likely(JumpCause::Wrap, evidence).or(&[JumpCause::Preset]));
+        }
+        (speed > 0 && (0..=near).contains(&to) && to < from && is_at_top(from)).then(|| {
+            Judged::possible(JumpCause::Unclear, evidence).or(&[
+                JumpCause::Wrap,
+                JumpCause::Preset,
+                JumpCause::Mechanical,
+            ])
+        })
+    }
+
+    fn serviced(&self, around: &Around) -> Option<Judged> {
+        let to = self.curve.row(self.at)?.time_ns;
+        let from = self.curve.row(self.at - 1)?.time_ns - SERVICE_NS.max(self.curve.period_ns * 10);
+        let mut checked = false;
+        for mark in self.services.between(from, to) {
+            let said = |what: &str| format!("{what} at line {}", mark.line);
+            match mark.done {
+                Done::Check => checked = true,
+                Done::Preset(value) => {
+                    let landed = self.curve.value(self.at)?;
+                    let off = self.curve.circle.way(value.into(), landed).abs();
+                    let may =
+                        around.after.over(around.span_ns).abs().max(around.before.over(around.span_ns).abs());
+                    let judged =
+                        Judged::certain(JumpCause::Preset, said(&format!("service 06 with {value:06X}h is")));
+                    return Some(if off <= may * 4 + self.curve.near() {
+                        judged
+                    } else {
+                        judged.since(format!("the position is {off} steps from that value now"))
+                    });
+                }
+                Done::Scaling => {
+                    return Some(Judged::certain(JumpCause::Rescaled, said("a scaling was written")));
+                }
+                Done::Direction => {
+                    return Some(Judged::certain(JumpCause::Direction, said("service 01 was written")));
+                }
+            }
+        }
+        let older = self.services.between(i64::MIN, to).find(|mark| !matches!(mark.done, Done::Check))?;
+        match older.done {
+            Done::Scaling if checked => Some(Judged::certain(
+                JumpCause::Rescaled,
+                format!("the data check made the scaling active that was written at line {}", older.line),
+            )),
+            Done::Direction if checked => Some(Judged::certain(
+                JumpCause::Direction,
+                format!("the data check made service 01 active that was written at line {}", older.line),
+            )),
+            _ => None,
+        }
+    }
+
+    /// By how much a speed may be wrong, in steps over the span of the other.
+    fn doubt(&self, speed: Speed, span_ns: i64) -> i64 {
+        let noise = self.curve.near() * 2;
+        scaled(noise, span_ns, speed.span_ns).abs() + 1
+    }
+
+    fn reversed(&self, around: &Around) -> Option<Judged> {
+        let Around { before, after, .. } = *around;
+        if before.rows < SPEED_ROWS_LEAST || after.rows < SPEED_ROWS_LEAST {
+            return None;
+        }
+        let (was, is) = (before.over(after.span_ns), after.way);
+        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let opposite = was.signum() == -is.signum() && was != 0;
+        if !opposite || was.abs() < 4 * doubt || (was + is).abs() > doubt + was.abs() / 8 {
+            return None;
+        }
+        let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
+        let mirrored = self.curve.circle.way(self.curve.circle.positions - 1 - from, to).abs();
+        let may = before.over(around.span_ns).abs() * 2 + self.curve.near();
+        let evidence = "the positions run as fast as before, and the other way".to_owned();
+        Some(if mirrored <= may {
+            Judged::likely(JumpCause::Direction, evidence)
+                .since(format!("the position is S minus the one before, within {mirrored} steps"))
+        } else {
+            Judged::likely(JumpCause::Direction, evidence).or(&[JumpCause::Preset, JumpCause::OtherSource])
+        })
+    }
+
+    /// Positions and speed in the same ratio to those before.
+    fn rescaled(&self, around: &Around) -> Option<Judged> {
+        let Around { before, after, span_ns, .. } = *around;
+        if before.rows < SPEED_ROWS_LEAST || after.rows < SPEED_ROWS_LEAST {
+            return None;
+        }
+        let (was, is) = (before.over(after.span_ns), after.way);
+        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let differs = (was - is).abs() > doubt + was.abs().max(is.abs()) / 16;
+        if was.signum() != is.signum() || !differs || was.abs().min(is.abs()) < 4 * doubt {
+            return None;
+        }
+        let from = self.curve.value(self.at - 1)? + before.over(span_ns);
+        let to = self.curve.value(self.at)?;
+        // to / from = is / was, with the doubt of both speeds.
+        let (left, right) = (i128::from(to) * i128::from(was), i128::from(from) * i128::from(is));
+        let may = (i128::from(from.abs()) + i128::from(to.abs())) * i128::from(doubt)
+            + i128::from(self.curve.near()) * i128::from(was.abs() + is.abs());
+        ((left - right).abs() <= may && from > 0).then(|| {
+            let tenths = |ratio: i128| format!("{}.{}", ratio / 100, ratio % 100);
+            let ratio = i128::from(to) * 100 / i128::from(from.max(1));
+            Judged::likely(
+                JumpCause::Rescaled,
+                format!("position and speed are both {} times what they were", tenths(ratio)),
+            )
+        })
+    }
+
+    /// Whether the speed is the same on both sides, as far as the rows show it.
+    fn is_same_speed(&self, around: &Around) -> bool {
+        let Around { before, after, span_ns, .. } = *around;
+        let (was, is) = (before.over(after.span_ns), after.way);
+        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let [near_before, near_after] =
+            [self.curve.speed_before(self.at - 1, 3, self.not_before), self.curve.speed_after(self.at, 3)]
+                .map(|speed| speed.map_or(0, |speed| speed.over(span_ns)));
+        let near = (near_before - near_after).abs() <= self.curve.tolerance + near_before.abs() / 16;
+        near || (was - is).abs() <= doubt + was.abs().max(is.abs()) / 16
+    }
+
+    /// Where a preset that people choose may have put the position, if it is there.
+    fn aim(&self, around: &Around) -> Option<i64> {
+        let landed = self.curve.value(self.at)?;
+        let speed = self.curve.speed_after(self.at, 3).map_or(0, |speed| speed.over(around.span_ns));
+        let may = speed.abs() + self.curve.near();
+        // A place that a hundredth of all jumps would meet tells nothing.
+        if may.saturating_mul(100 * (1 + i64::try_from(self.aims.len()).unwrap_or(i64::MAX)))
+            > self.curve.circle.positions
+        {
+            return None;
+        }
+        [0].iter().chain(self.aims).copied().find(|aim| {
+            let off = self.curve.circle.way(*aim, landed);
+            off.abs() <= self.curve.near() || speed != 0 && (0..=may).contains(&(off * speed.signum()))
+        })
+    }
+
+    fn same_speed(&self, around: &Around) -> Option<Judged> {
+        if !self.is_same_speed(around) {
+            return None;
+        }
+        let jump = around.jump;
+        let evidence = format!("{jump} steps, and on at the same speed");
+        let out = self.services.shows_out();
+        let inputs = self.model.is_none_or(|model| !model.preset_inputs().is_empty());
+        if let Some(aim) = self.aim(around)
+            && (!out || inputs)
+        {
+            return Some(
+                Judged::likely(JumpCause::Preset, evidence)
+                    .since(format!("it went on from {aim}, which a preset may aim at"))
+                    .or(&[JumpCause::Mechanical]),
+            );
+        }
+        if out && !inputs {
+            let evidence =
+                format!("{evidence}; OUT asks for no service, and the encoder has no preset input");
+            let stands = around.before.way == 0 && around.after.way == 0;
+            return Some(if stands {
+                Judged::possible(JumpCause::Unclear, evidence).or(&[
+                    JumpCause::Mechanical,
+                    JumpCause::Rescaled,
+                    JumpCause::OtherSource,
+                ])
+            } else {
+                Judged::likely(JumpCause::Mechanical, evidence)
+            });
+        }
+        let mut others = vec![JumpCause::Mechanical, JumpCause::Preset];
+        if is_one_bit(jump, self.curve.near()) {
+            others.insert(0, JumpCause::StuckBit);
+        }
+        Some(Judged::possible(JumpCause::Unclear, evidence).or(&others))
+    }
+
+    fn other_speed(&self, around: &Around) -> Judged {
+        let speed = |speed: Speed| speed.over(1_000_000_000);
+        let evidence = format!(
+            "{} steps, from {} to {} steps a second",
+            around.jump,
+            speed(around.before),
+            speed(around.after)
+        );
+        let few = around.before.rows < SPEED_ROWS_LEAST || around.after.rows < SPEED_ROWS_LEAST;
+        if few {
+            return Judged::possible(JumpCause::Unclear, evidence).or(&[
+                JumpCause::Preset,
+                JumpCause::Mechanical,
+                JumpCause::OtherSource,
+            ]);
+        }
+        Judged::possible(JumpCause::Unclear, evidence).or(&[
+            JumpCause::OtherSource,
+            JumpCause::Rescaled,
+            JumpCause::Preset,
+        ])
+    }
+}
+
+/// Whether a jump is that of one bit, within so many steps.
+fn is_one_bit(jump: i64, near: i64) -> bool {
+    (0..24).any(|bit| {
+        let flip = 1_i64 << bit;
+        flip > 4 * near && (jump.abs() - flip).abs() <= near
+    })
+}

@@ -1,0 +1,87 @@
+//! A bit that does not change any more: the rows behind a jump are those of an even motion with one bit held.
+
+use encoring_words::gray;
+
+use crate::cause::JumpCause;
+use crate::curve::Curve;
+use crate::row::ReadAs;
+use crate::verdict::Judged;
+
+/// How often the bit must be held back until it is believed.
+const HELD_BACK: usize = 3;
+/// Bits of a position.
+const BITS: u32 = 24;
+
+/// A jump that a held bit may have made.
+#[derive(Clone, Copy)]
+pub(crate) struct Stuck<'a> {
+    pub(crate) curve: Curve<'a>,
+    pub(crate) way: ReadAs,
+    pub(crate) at: usize,
+}
+
+impl Stuck<'_> {
+    /// The end of the stretch, and what is known of it.
+    pub(crate) fn judged(&self) -> Option<(usize, Judged)> {
+        (0..BITS).filter_map(|bit| self.with(bit)).max_by_key(|(end, _)| *end)
+    }
+
+    fn code(&self, value: i64) -> u32 {
+        let value = u32::try_from(value).unwrap_or_default();
+        if self.way == ReadAs::Gray { gray::encode(value) } else { value }
+    }
+
+    fn decoded(&self, bits: u32) -> i64 {
+        i64::from(if self.way == ReadAs::Gray { gray::decode(bits) } else { bits })
+    }
+
+    /// Follows the curve with the bit free where it was held, as far as that goes.
+    fn with(&self, bit: u32) -> Option<(usize, Judged)> {
+        let mask = 1_u32 << bit;
+        if i64::from(mask) <= self.curve.near() {
+            return None;
+        }
+        let level = self.code(self.curve.value(self.at)?) & mask;
+        let mut last = self.curve.value(self.at - 1)?;
+        let mut speed = self.curve.step(self.at - 1)?;
+        let (mut changes, mut was_held, mut end) = (0, false, self.at);
+        for at in self.at..self.curve.points.len() {
+            let code = self.code(self.curve.value(at)?);
+            if code & mask != level {
+                break;
+            }
+            let span = self.curve.step(at)?.span_ns;
+            let should = self.curve.circle.moved(last, speed.over(span));
+            let choice = [code, code ^ mask].map(|code| self.decoded(code));
+            let place = choice.into_iter().min_by_key(|place| self.curve.circle.way(should, *place).abs())?;
+            let off = self.curve.circle.way(should, place).abs();
+            if off > self.curve.may(span) + self.curve.tolerance {
+                break;
+            }
+            let is_held = place != choice[0];
+            changes += usize::from(is_held && !was_held);
+            was_held = is_held;
+            speed.way = self.curve.circle.way(last, place);
+            speed.span_ns = span;
+            last = place;
+            end = at + 1;
+        }
+        let rows = end - self.at;
+        let text = format!(
+            "bit {bit} stays {} in {rows} rows; set free, the rows go on evenly",
+            u8::from(level != 0)
+        );
+        match changes {
+            HELD_BACK.. => Some((end, Judged::likely(JumpCause::StuckBit, text))),
+            2 => Some((
+                end,
+                Judged::possible(JumpCause::Unclear, text).or(&[
+                    JumpCause::StuckBit,
+                    JumpCause::SingleBit,
+                    JumpCause::Mechanical,
+                ]),
+            )),
+            _ => None,
+        }
+    }
+}
