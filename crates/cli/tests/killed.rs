@@ -235,6 +235,7 @@ fn next(bus: &mut Cut, model: Model) -> Readings<encoring_bus::master::MasterErr
     Readings::of(&mut master(bus), model).unwrap()
 }
 
+// [R79, R81]
 #[test]
 fn a_command_that_is_killed_after_any_exchange_is_told_by_the_next_one_and_repaired() {
     let folder = tempfile::tempdir().unwrap();
@@ -293,6 +294,39 @@ fn a_command_that_is_killed_after_any_exchange_is_told_by_the_next_one_and_repai
         println!("{label}: killed after each of {whole} exchanges: {seen:?}");
         assert_eq!(seen.len(), 3, "{seen:?}");
     }
+}
+
+// [R80]
+#[test]
+fn a_half_programmed_set_works_after_a_power_cut_without_an_error_and_the_next_command_tells() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = EncoderPlace { bus: "here".to_owned(), position: 0 };
+    let page = Page::new(Journal::in_folder(folder.path().to_owned()), place);
+    let label = Label::usual(Model::Ce65M);
+    let wanted = [(Parameter::MeasuringLength, 9_999), (Parameter::Numerator, 4_095)];
+    let part_written = (0..).find_map(|cut| {
+        let (mut bus, world) = ring(label, 1);
+        bus.left = cut;
+        noted(&mut bus, &page, program(label, &wanted));
+        next(&mut bus, label.model);
+        let truth = programmed(&world);
+        let half = truth(Parameter::MeasuringLength) == 9_999 && truth(Parameter::Numerator) == 4_096;
+        half.then_some((bus, world))
+    });
+    let (mut bus, world) = part_written.unwrap();
+    assert_eq!(active(&world, Parameter::MeasuringLength), 16_777_215);
+    for supply in [0, 24_000] {
+        world.with(|world| world.change(0, &[Change::Supply(supply)]));
+        bus.wait(Duration::from_millis(3_000));
+    }
+    assert_eq!(
+        [Parameter::MeasuringLength, Parameter::Numerator].map(|of| active(&world, of)),
+        [9_999, 4_096]
+    );
+    assert!(!master(&mut bus).look().unwrap().error_bit(), "the encoder tells nothing");
+    let readings = next(&mut bus, label.model);
+    let value = |parameter| readings.values().find(|(read, _)| *read == parameter)?.1;
+    assert_eq!(page.pending().unwrap().unwrap().found(value), Found::PartWritten);
 }
 
 #[test]
@@ -408,6 +442,7 @@ fn round_trips(cases: u64, grid: i64) {
     }
 }
 
+// [R73, R76]
 #[test]
 fn after_a_replacement_the_positions_are_those_of_before_as_far_as_a_preset_can_restore_them() {
     round_trips(12, 150);

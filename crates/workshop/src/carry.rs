@@ -69,6 +69,7 @@ mod tests {
         KeptEncoder { values: values.to_vec(), ..KeptEncoder::new(model) }
     }
 
+    // [R72]
     #[test]
     fn what_the_other_model_lacks_is_listed_and_the_rest_is_carried() {
         let ce_65 = kept(
