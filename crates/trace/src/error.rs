@@ -40,8 +40,15 @@ pub enum Problem {
     #[error("a recording needs the column position")]
     NoPosition,
     /// The row does not fit the header.
-    #[error("{found} cells, {} has {expected}{}", if *.header { "the header" } else { "the first row" },
-        if *.cut { "; the file ends within this line: delete it, or bring the rest" } else { "" })]
+    #[error("{found} cell{}, {} has {expected}{}", if *.found == 1 { "" } else { "s" },
+        if *.header { "the header" } else { "the first row" },
+        if *.cut {
+            "; the file ends within this line: delete it, or bring the rest"
+        } else if *.found == 1 {
+            "; a remark must begin with #"
+        } else {
+            ""
+        })]
     Width {
         /// The number of cells in the row.
         found: usize,

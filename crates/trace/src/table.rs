@@ -300,6 +300,10 @@ impl<R: Read> Table<R> {
 }
 
 fn is_blank(record: &csv::ByteRecord) -> bool {
+    // The first byte of the first cell that is not empty tells of nearly all rows.
+    if record.as_slice().first().is_some_and(|byte| *byte != b'#' && !byte.is_ascii_whitespace()) {
+        return false;
+    }
     let first = record.iter().next().unwrap_or_default();
     first.starts_with(b"#") || record.iter().all(|cell| cell.trim_ascii().is_empty())
 }

@@ -121,7 +121,7 @@ fn a_refused_file_says_where_and_why() {
     let cases: [(&[u8], String); 31] = [
         (b"", format!("1: no header, the columns are {columns}")),
         (b"# note\n\n", format!("3: no header, the columns are {columns}")),
-        (b"out,raw\n00000000\n", "2: 1 cells, the header has 2".into()),
+        (b"out,raw\n00000000\n", "2: 1 cell, the header has 2; a remark must begin with #".into()),
         (b"out\n#\n00000000,0\n", "3: 2 cells, the header has 1".into()),
         (b"raw\n1e9\n", format!("2, column raw: \"1e9\" {raw}")),
         (b"raw\n1\xFF\n", format!("2, column raw: \"1\u{FF}\" {raw}")),

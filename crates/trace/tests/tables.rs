@@ -273,7 +273,7 @@ fn a_head_is_found_behind_many_lines_and_each_is_looked_at_once() {
     let mut reader = Reader::new("t.csv", table.as_bytes()).unwrap();
     let row = reader.next().unwrap().unwrap();
     assert_eq!((row.line, row.time_ns), (200, 0));
-    let long = format!("{}\n", "IN,".repeat(20_000)).repeat(300);
+    let long = format!("{}\n", "IN,".repeat(300)).repeat(300);
     let refused = Reader::new("t.csv", long.as_bytes()).unwrap_err();
     assert_eq!(refused.line, 1, "{refused}");
 }

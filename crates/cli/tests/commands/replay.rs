@@ -207,7 +207,10 @@ fn bad_traces_are_refused_with_file_line_and_column() {
         "error: standard input line 2, column out: C2: a word has 8 digits; zeros may be lost. Write 000000C2 or 0xC2",
     );
     refuses(b"out,magnet\n00000000,2\n", "error: standard input line 2, column magnet: \"2\" is not 0 or 1");
-    refuses(b"out,raw\n00000000\n", "error: standard input line 2: 1 cells, the header has 2");
+    refuses(
+        b"out,raw\n00000000\n",
+        "error: standard input line 2: 1 cell, the header has 2; a remark must begin with #",
+    );
     refuses(
         b"time_us\n5\n4\n",
         "error: standard input line 3, column time_us: 4 is before 5, the time of the previous row",
