@@ -3,11 +3,11 @@
 
 use std::sync::OnceLock;
 
-use encoring_station::verbs::{Command, ID_BYTES_MAX, parse};
 use encoring_encoder::Unit;
 use encoring_sim::motion::Motion;
 use encoring_sim::scenario::{Change, NewMotion};
 use encoring_sim::{Scenario, World};
+use encoring_station::verbs::{Command, ID_BYTES_MAX, parse};
 use encoring_words::{InWord, OutWord};
 use libfuzzer_sys::fuzz_target;
 
@@ -41,6 +41,15 @@ fuzz_target!(|bytes: &[u8]| {
                 assert!(!recorded, "a peer had a file opened");
             }
             world.change(position, &changes);
+        }
+        Ok(Command::Out { position, word }) => {
+            let mut out = [OutWord(0); 3];
+            *out.get_mut(position).expect("a position of the ring") = word;
+            world.cycle(&out, &mut [InWord(0); 3]);
+        }
+        Ok(Command::Serve { position, request }) => {
+            assert!(position < units.len() && request.word().service_bit());
+            return;
         }
         Ok(Command::Line { segment, fault, lasting }) => {
             assert!(segment <= units.len());

@@ -103,6 +103,9 @@ pub(crate) struct Arguments {
     /// off if that port is taken, and with --speed max]
     #[arg(long, value_name = "ADDR")]
     web: Option<String>,
+    /// Further name under which browsers reach the page, as behind a proxy; may be repeated
+    #[arg(long = "web-host", value_name = "NAME")]
+    web_hosts: Vec<String>,
     #[command(flatten)]
     memories: State,
     #[command(flatten)]
@@ -236,7 +239,7 @@ async fn simulate(
     let stop = serve(arguments, &station, modbus, control, controlled.clone(), served.clone());
 
     // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
-    let (page, mut told) = match web.serve(controlled) {
+    let (page, mut told) = match web.serve(controlled, &arguments.web_hosts) {
         Ok(page) => (page, report.start(station.first_view(), &addresses)),
         Err(cause) => (None, Err(cause)),
     };

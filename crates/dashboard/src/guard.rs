@@ -49,7 +49,7 @@ impl Turned {
 }
 
 /// The one value of a header; `Err` if there are several or it is no text.
-fn one<'a>(headers: &'a HeaderMap, name: impl header::AsHeaderName) -> Result<Option<&'a str>, ()> {
+fn one(headers: &HeaderMap, name: impl header::AsHeaderName) -> Result<Option<&str>, ()> {
     let mut values = headers.get_all(name).iter();
     let Some(value) = values.next() else { return Ok(None) };
     if values.next().is_some() {

@@ -56,10 +56,11 @@ impl Page {
     }
 
     /// Serves it until what this gives is dropped; says why there is none.
-    pub(super) fn serve(self, controlled: Controlled) -> io::Result<Option<ServedPage>> {
+    pub(super) fn serve(self, controlled: Controlled, hosts: &[String]) -> io::Result<Option<ServedPage>> {
         match self {
             Self::On(listener) => {
-                encoring_dashboard::start(listener, controlled, &WebOptions::default()).map(Some)
+                let options = WebOptions { hosts: hosts.to_vec(), ..WebOptions::default() };
+                encoring_dashboard::start(listener, controlled, &options).map(Some)
             }
             Self::Off => Ok(None),
             Self::Taken => {

@@ -139,7 +139,7 @@ function parameters(context) {
   const check = h("p");
   const status = h("p", { class: "small" });
   const head = ["service", "programmed", "accepted", "active"].map((name) => h("th", { scope: "col", class: name === "service" ? null : "num" }, t(`column.${name}`)));
-  const element = h("section", { class: "card" }, h("h3", {}, t("parameters")),
+  const element = h("section", { class: "card double" }, h("h3", {}, t("parameters")),
     h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("thead", {}, h("tr", {}, head)), body)), check, status,
     context.unit.at_once ? h("p", { class: "small soft" }, t("at_once")) : null);
   let drawn = "";
@@ -199,10 +199,10 @@ function ssi(context, set) {
 function sheet({ unit }) {
   const services = unit.services.map(({ number: service, read, write, range }) => {
     const access = [read ? t("access.read") : null, write ? t("access.write") : null].filter(Boolean).join(", ");
-    return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", {}, access), h("td", { class: "mono" }, range ? `${range[0]} - ${range[1]}` : ""));
+    return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", {}, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
   });
   const kind = unit.rod_um == null ? t("sheet.rotary", { steps: number(unit.steps_per_turn) }) : t("sheet.linear", { mm: number(unit.rod_um / 1000, 0) });
-  return h("section", { class: "card" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
+  return h("section", { class: "card double" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
     h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })),
     h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("tbody", {}, services))), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
 }
