@@ -199,7 +199,7 @@ impl TypeLabel {
             None => {
                 let model = model.ok_or_else(|| {
                     bad_input(
-                        "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
+                        "--model MODEL is missing: no word of an encoder shows its model, so read it from the type label",
                     )
                 })?;
                 (model, given, Source::User)

@@ -90,11 +90,13 @@ fn printed(output: Output, view: &CalcView) -> Result<bool, Failure> {
 fn shaft_of(label: TypeLabel) -> Result<Shaft, Failure> {
     let TypeLabel { model, native } = label;
     if let Some(model) = model.filter(|model| model.sensor_kind() == SensorKind::Linear) {
-        return Err(bad_input(format!("--model {model} is a rod, no shaft: `encoring calc linear`")));
+        return Err(bad_input(format!(
+            "--model {model} is a rod and has no shaft; use `encoring calc linear`"
+        )));
     }
     let built = |model: &Model| native.is_none_or(|native| model.steps_per_turn().contains(&native));
     let Some(of) = model.or_else(|| scaled().find(built)) else {
-        return Err(bad_input("--native: no encoder with these steps per turn can be scaled"));
+        return Err(bad_input("--native: no encoder that can be scaled has these steps per turn"));
     };
     shaft(of, native)
 }

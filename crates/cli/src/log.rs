@@ -146,7 +146,7 @@ impl From<LogError> for Failure {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let mut opened = arguments.subjects.ring.open(arguments.pace.or_real())?;
     if arguments.pace.speed.is_some() && !opened.is_simulated() {
-        return Err(bad_input("--speed: only the time of a simulated ring can be told how to pass"));
+        return Err(bad_input("--speed works on a simulated ring only; leave it out"));
     }
     let subjects = arguments.subjects.subjects(&opened)?;
     let rotation = Rotation {

@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let folder = &arguments.folder;
     if !folder.is_dir() {
-        return Err(bad_input(format!("{}: this is no folder; make it first", folder.display())));
+        return Err(bad_input(format!("{}: not a folder; make it first, with mkdir -p", folder.display())));
     }
     let told = |problem: io::Error| {
         Failure::Output(io::Error::new(problem.kind(), format!("{}: {problem}", folder.display())))

@@ -53,10 +53,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             Some(kept.clone())
         }
         (None, Some(_)) => None,
-        (Some(_), Some(_)) => return Err(bad_input("give --file or a range, not both")),
+        (Some(_), Some(_)) => {
+            return Err(bad_input("--file and a range are two ways to say the values; give one of them"));
+        }
         (None, None) => {
             return Err(bad_input(
-                "what shall be programmed? give --file FILE.toml, rotary ..., or linear ...",
+                "nothing to program is given: add --file FILE.toml, rotary ..., or linear ...",
             ));
         }
     };
@@ -70,11 +72,14 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 /// The values of a file, if it is one of this encoder.
 fn of_file(file: KeptEncoder, target: Target) -> Result<Wanted, Failure> {
     if file.model != target.model {
-        return Err(bad_input(format!("the file is of a {}, the encoder a {}", file.model, target.model)));
+        return Err(bad_input(format!(
+            "--file: the values are of a {}, the encoder is a {}; `encoring restore --as {}` carries values over",
+            file.model, target.model, target.model
+        )));
     }
     match (file.label.native, target.native) {
         (Some(file), Some(own)) if file != own => Err(bad_input(format!(
-            "the file is of an encoder with {file} steps per turn, this one has {own}"
+            "--file: the values are of an encoder with {file} steps per turn, this one has {own}; look at its rating plate"
         ))),
         _ => {
             let whole = file.values.into_iter().map(|(parameter, value)| (parameter, value.into()));

@@ -169,7 +169,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         }
         (None, None, _) | (None, _, None) => {
             return Err(bad_input(
-                "how large the ring is is missing: --encoders N, or --bytes N with --devices M",
+                "the size of the ring is missing: give --encoders N, or --bytes N with --devices M",
             ));
         }
         (None, Some(bytes), Some(devices)) => {

@@ -55,7 +55,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         });
     }
     if !arguments.faults.faults.is_empty() {
-        return Err(bad_input("--fault is for simulated rings"));
+        return Err(bad_input("--fault works on a simulated ring only; leave it out"));
     }
     let mut client = Client::new(gateway(address)?)?;
     let place = client.address().way.to_string();

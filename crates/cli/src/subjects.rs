@@ -72,10 +72,12 @@ impl SubjectArguments {
         match &opened.world {
             Some(world) => {
                 if !self.parameters.is_empty() {
-                    return Err(bad_input("--parameters: a simulated ring knows those of its encoders"));
+                    return Err(bad_input(
+                        "--parameters: a simulated ring knows the parameters of its encoders; leave the option out",
+                    ));
                 }
                 if !self.rod_mm.is_empty() {
-                    return Err(bad_input("--rod-mm: a simulated ring knows its rods"));
+                    return Err(bad_input("--rod-mm: a simulated ring knows its rods; leave the option out"));
                 }
                 let all = (0..world.with(|world| world.places().len())).collect();
                 let at = self.at.clone().unwrap_or(Positions(all));
@@ -192,12 +194,14 @@ impl SubjectArguments {
         let from_file = file.as_ref().map(|(_, file)| file.model);
         let Some(model) = model.or(from_file) else {
             return Err(bad_input(
-                "--model MODEL is missing: no word of an encoder tells its model, look at the type label",
+                "--model MODEL is missing: no word of an encoder shows its model, so read it from the type label",
             ));
         };
         let name = file.as_ref().map_or("", |(name, _)| name.as_str());
         if from_file.is_some_and(|other| other != model) {
-            let problem = format!("{name}: the file is not for the {model} at position {position}");
+            let problem = format!(
+                "{name}: the file is not for the {model} at position {position}; write POSITION=FILE.toml for another position"
+            );
             return Err(bad_input(problem));
         }
         let native = native.or(file.as_ref().and_then(|(_, file)| file.label.native));

@@ -12,10 +12,11 @@ pub fn read(text: &str) -> Result<Duration, String> {
     let seconds = text.parse::<f64>().ok().filter(|s| s.is_finite() && *s >= 0.0);
     let real = match seconds {
         Some(seconds) => Real::try_from_secs_f64(seconds).map_err(|cause| cause.to_string()),
-        None => humantime::parse_duration(text).map_err(|cause| cause.to_string()),
+        None => humantime::parse_duration(text)
+            .map_err(|_| "no time; write 10 (seconds), 90s, 100ms or 1h30m".to_owned()),
     }?;
     match u64::try_from(real.as_nanos()) {
-        Ok(0) => Err("no time at all".to_owned()),
+        Ok(0) => Err("a time is longer than 0".to_owned()),
         Ok(nanos) => Ok(Duration::from_nanos(nanos)),
         Err(_) => Err("longer than 584 years".to_owned()),
     }

@@ -112,7 +112,9 @@ impl BusArguments {
     /// Refuses a command that changes something.
     pub(crate) fn writing(&self, command: &str) -> Result<(), Failure> {
         if self.read_only {
-            return Err(bad_input(format!("{command} changes the encoder, and --read-only is given")));
+            return Err(bad_input(format!(
+                "{command} changes the encoder, and --read-only refuses that; leave --read-only out"
+            )));
         }
         Ok(())
     }

@@ -42,8 +42,8 @@ pub(crate) fn gateway_help() -> String {
         .map(|(form, meaning)| format!("\n    {form:<13} {meaning}"))
         .collect();
     format!(
-        "\n\nGateway faults: KIND[=VALUE][#N][@TIME][+TIME], with the times of the faults\nabove; #N: only at request N, \
-         counted from 1 over all connections:{kinds}"
+        "\n\nGateway faults: KIND[=VALUE][#N][@TIME][+TIME], with the times of the faults above.\n\
+         With #N only request N has the fault, counted from 1 over all connections:{kinds}"
     )
 }
 

@@ -24,7 +24,7 @@ pub(super) fn decode<W: Write>(bare: Bare, printer: &mut Printer<'_, W>) -> Resu
         line.clear();
         // One more than the limit, and a line feed.
         let read = input.by_ref().take(LINE_LIMIT as u64 + 2).read_until(b'\n', &mut line);
-        match read.map_err(|error| at(format!("cannot read: {error}")))? {
+        match read.map_err(|error| at(format!("cannot be read: {error}")))? {
             0 => return lines.end().map_err(at),
             _ if line.trim_ascii_end().len() > LINE_LIMIT => {
                 return Err(at(format!("longer than {LINE_LIMIT} bytes")));

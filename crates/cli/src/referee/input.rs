@@ -41,7 +41,9 @@ fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> 
         let model =
             Model::from_str(&device.model).map_err(|error| wrong(format!("{}: {error}", device.model)))?;
         if arguments.model.is_some_and(|said| said != model) {
-            return Err(wrong(format!("--model contradicts the trace: it holds a {model}")));
+            return Err(wrong(format!(
+                "--model contradicts the trace, which is of a {model}; leave --model out"
+            )));
         }
         referees.place(device.position, model);
     }

@@ -89,7 +89,7 @@ impl Source {
                     let model = model(arguments, dialog)?;
                     asked_positions(arguments, dialog, model)
                 }
-                _ => Err(bad_input(format!("{answer:?} is none of 1 to 4"))),
+                _ => Err(bad_input(format!("{answer:?}: answer 1, 2, 3 or 4"))),
             };
             match found {
                 Err(Failure::BadInput(why)) => dialog.tell(&why),
@@ -106,7 +106,10 @@ impl Source {
             .map_err(|problem| bad_input(format!("{name}: {problem}")))?
             .clone();
         if let Some(model) = arguments.how.encoder.label.model.filter(|model| *model != kept.model) {
-            return Err(bad_input(format!("--model {model}: {name} is of a {}", kept.model)));
+            return Err(bad_input(format!(
+                "--model {model}: {name} is of a {}; leave --model out, or name the backup of this encoder",
+                kept.model
+            )));
         }
         let taken = kept.taken.as_ref().map_or_else(
             || "a file without [taken]: somebody wrote it by hand".to_owned(),
@@ -354,11 +357,11 @@ fn way(
     };
     let length = match (unit, rod, length) {
         (ReferenceUnit::Degrees, true, _) => {
-            return Err(bad_input(format!("a {model} is a rod: its places are in mm, not in degrees")));
+            return Err(bad_input(format!("a {model} is a rod: give its places in mm, not in degrees")));
         }
         (ReferenceUnit::Degrees, false, _) => (360, 1),
         (ReferenceUnit::Millimetres, true, None) => {
-            return Err(bad_input("--length-mm is missing: that of the rod"));
+            return Err(bad_input("--length-mm MM is missing: the length of the rod on its type label"));
         }
         (ReferenceUnit::Millimetres, false, None) => {
             return Err(bad_input(

@@ -126,7 +126,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     words(&mut captured, |word| *counts.entry(word.clocks).or_default() += 1)?;
     let all: u64 = counts.values().sum();
     let Some((clocks, most)) = counts.into_iter().max_by_key(|(_, count)| *count) else {
-        return Err(Failure::NoAnswer("no word is in the capture".to_owned()));
+        return Err(Failure::NoAnswer(
+            "the capture has no complete word: capture longer, or name the lines with --clock and --data"
+                .to_owned(),
+        ));
     };
     if most < all {
         note(&format!(

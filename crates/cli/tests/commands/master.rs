@@ -249,11 +249,12 @@ fn nothing_is_changed_without_a_question_or_against_read_only() {
         assert_eq!((asked.code, asked.out.as_str()), (Some(2), ""), "{command}");
         assert!(asked.err.contains("standard input is no terminal; pass --yes"), "{}", asked.err);
         let name = command.split(' ').next().unwrap();
-        let message = format!("error: {name} changes the encoder, and --read-only is given");
+        let message =
+            format!("error: {name} changes the encoder, and --read-only refuses that; leave --read-only out");
         let arguments = format!("{command} --bus sim --at 1 --yes --read-only");
         refused(&arguments.split(' ').collect::<Vec<_>>(), b"", &message);
     }
-    let message = "error: program changes the encoder, and --read-only is given";
+    let message = "error: program changes the encoder, and --read-only refuses that; leave --read-only out";
     let arguments = "program --bus sim --at 1 --read-only --yes rotary --steps-per-turn 10 --turns 3";
     refused(&arguments.split(' ').collect::<Vec<_>>(), b"", message);
     assert_eq!(json("write numerator 5000 --bus sim --at 1 --dry-run", 0)["result"], "planned");
@@ -277,7 +278,7 @@ fn bad_usage_names_the_value_and_what_is_allowed() {
         ),
         (
             "read all --bus modbus-tcp://127.0.0.1:1 --at 1",
-            "error: --model MODEL is missing: no word of an encoder tells its model, look at the type label",
+            "error: --model MODEL is missing: no word of an encoder shows its model, so read it from the type label",
         ),
         (
             "read all --bus modbus-tcp://127.0.0.1:1 --at 1 --state x",
@@ -291,7 +292,7 @@ fn bad_usage_names_the_value_and_what_is_allowed() {
         ),
         (
             "program --bus sim --at 1 --yes",
-            "error: what shall be programmed? give --file FILE.toml, rotary ..., or linear ...",
+            "error: nothing to program is given: add --file FILE.toml, rotary ..., or linear ...",
         ),
         (
             "program --bus sim --at 0 --yes linear --length-mm 500 --resolution-mm 0.0000001",

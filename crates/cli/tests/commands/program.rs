@@ -25,7 +25,7 @@ fn every_command_has_a_manual_page() {
     }
     let none = folder.path().join("none");
     let Run { code, err, .. } = encoring(&["man", none.to_str().unwrap()], b"");
-    assert!(code == Some(2) && err.contains("this is no folder; make it first"), "{err}");
+    assert!(code == Some(2) && err.contains("not a folder; make it first"), "{err}");
 }
 
 #[test]

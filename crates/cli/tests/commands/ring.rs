@@ -102,7 +102,7 @@ fn a_scan_that_cannot_be_made_is_refused() {
     refused(
         &["scan", "--bus", "modbus-tcp://127.0.0.1:1", "--fault", "bad"],
         b"",
-        "error: --fault is for simulated rings",
+        "error: --fault works on a simulated ring only; leave it out",
     );
     refused(
         &["scan", "--bus", "sim", "--fault", "jumper:3"],
@@ -150,7 +150,7 @@ fn no_ring_is_larger_than_rings_are() {
             "--encoders 1 --software-us 1000001",
             "--software-us 1000001; allowed are 0 to 1000000: a second is no cycle any more",
         ),
-        ("--bytes 4", "how large the ring is is missing: --encoders N, or --bytes N with --devices M"),
+        ("--bytes 4", "the size of the ring is missing: give --encoders N, or --bytes N with --devices M"),
     ] {
         let arguments: Vec<&str> = ["ring", "cycle-time"].into_iter().chain(size.split(' ')).collect();
         refused(&arguments, b"", &format!("error: {message}"));

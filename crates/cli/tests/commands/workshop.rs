@@ -299,7 +299,7 @@ fn a_broken_encoder_is_replaced_by_answers_through_a_pipe() {
     // Wrong answers are asked again; the end of the input ends it.
     let Run { code, err, .. } = bench.answered("replace --at 2", "9\n1\nmissing.toml\n1\naxis.toml\n");
     assert_eq!(code, Some(3), "{err}");
-    assert!(err.contains("\"9\" is none of 1 to 4") && err.contains("missing.toml: "), "{err}");
+    assert!(err.contains("\"9\": answer 1, 2, 3 or 4") && err.contains("missing.toml: "), "{err}");
     assert!(err.contains("the input has ended before all was answered"), "{err}");
 }
 

@@ -176,7 +176,7 @@ mod tests {
             refused("flips=0:1"),
             "value \"0\" for flips; write flips=N with N from 1 to 1000000, bits of a million"
         );
-        assert_eq!(refused("bad+0"), "time \"0\" behind +: no time at all");
+        assert_eq!(refused("bad+0"), "time \"0\" behind +: a time is longer than 0");
         assert!(refused("bad@soon").starts_with("time \"soon\" behind @: "));
     }
 
