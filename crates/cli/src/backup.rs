@@ -230,9 +230,9 @@ impl Arguments {
             file.replace(&self.file).map_err(bad_input)?;
             "updated"
         } else {
-            match keep(&file, &self.file).map_err(|error| {
-                bad_input(format!("{error}; --update adds marks and labels to it, another name keeps both"))
-            })? {
+            let other = "; --update adds marks and labels to it, another name keeps both";
+            let advice = if self.file.exists() { other } else { "" };
+            match keep(&file, &self.file).map_err(|error| bad_input(format!("{error}{advice}")))? {
                 BackupKept::Written => "written",
                 BackupKept::AlreadyThere => "already_there",
             }

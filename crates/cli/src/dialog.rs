@@ -97,14 +97,17 @@ impl Dialog {
         if self.is_silent() {
             return Ok(());
         }
-        let unanswered = |why: &str| bad_input(format!("{what}\nneeds confirmation, and {why}; pass --yes"));
         if !self.can_ask() {
-            return Err(unanswered("standard input is no terminal").into());
+            let told = format!("{what}\nneeds confirmation, and standard input is no terminal; pass --yes");
+            return Err(bad_input(told).into());
         }
         match self.agrees(&format!("{what}\nGo on?")) {
             Ok(true) => Ok(()),
             Ok(false) => Err(Undone::Declined),
-            Err(Undone::InputEnded) if self.asked.get() == 1 => Err(unanswered("nobody answers").into()),
+            Err(Undone::InputEnded) if self.asked.get() == 1 => {
+                Err(bad_input("\nnothing was done: it needs confirmation, and nobody answers; pass --yes")
+                    .into())
+            }
             Err(undone) => Err(undone),
         }
     }

@@ -111,6 +111,8 @@ fn marks_are_added_to_a_backup_as_long_as_the_encoder_holds_its_values() {
     assert_eq!(bench.file("axis.toml"), first);
     let refused = bench.out("backup axis.toml --at 1 --mark top", 2);
     assert!(refused.contains("it is there already and was left as it is; --update adds marks"), "{refused}");
+    let nowhere = bench.out("backup no/folder.toml --at 1", 2);
+    assert!(nowhere.contains("no/folder.toml: ") && !nowhere.contains("--update"), "{nowhere}");
     bench.out("backup axis.toml --update --mark top --mark 'zero=-12.5 deg' --label 'axis 3'", 0);
     let text = bench.file("axis.toml");
     assert!(text.contains("reference_deg = -12.5") && text.contains("label = \"axis 3\""), "{text}");

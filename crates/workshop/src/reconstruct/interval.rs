@@ -1,6 +1,7 @@
 //! Exact numbers between two bounds, and the simplest of them.
 
-/// A fraction of whole numbers above 0.
+/// A fraction of whole numbers above 0. As a bound it may be (1, 0), which nothing reaches, so it is no
+/// `host::scaling::Ratio`: that is a number that people type, with a denominator and at most 24 digits.
 pub type ExactNumber = (u128, u128);
 
 /// The numbers between two bounds, neither of them included.
