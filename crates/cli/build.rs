@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+#[expect(clippy::disallowed_methods, reason = "what cargo tells a build stands in the environment")]
 fn main() {
     println!("cargo::rerun-if-env-changed=ENCORING_COMMIT");
     let commit = std::env::var("ENCORING_COMMIT").ok().or_else(here).unwrap_or_else(|| "unknown".to_owned());
