@@ -8,6 +8,7 @@ mod json;
 mod master;
 mod program;
 mod referee;
+mod referee_figures;
 mod replay;
 mod ring;
 mod ssi;
