@@ -103,7 +103,7 @@ pub(crate) struct Arguments {
     /// off if that port is taken, and with --speed max]
     #[arg(long, value_name = "ADDR")]
     web: Option<String>,
-    /// Further name under which browsers reach the page, as behind a proxy; may be repeated
+    /// Further host name of the page, such as that of a proxy (repeatable)
     #[arg(long = "web-host", value_name = "NAME")]
     web_hosts: Vec<String>,
     #[command(flatten)]

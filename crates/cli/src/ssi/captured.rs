@@ -200,6 +200,7 @@ impl Captured {
     }
 
     /// Reads the changes of both lines, as long as somebody takes them.
+    #[expect(clippy::needless_pass_by_value, reason = "its end, with the reading, ends the channel")]
     fn read(&mut self, hand_on: SyncSender<Vec<CaptureChange>>) -> Result<CaptureEnd, CaptureError> {
         let Self { capture, lines, interrupt } = self;
         let mut batch = Vec::new();
