@@ -48,6 +48,8 @@ enum Command {
         /// The table, as CSV; what is there is replaced.
         file: PathBuf,
     },
+    /// Say what the diagnosis finds in the recording of a seed, below the truth.
+    Look { seed: u64 },
     /// Give the recordings to the diagnosis, and say how often it was right.
     Score {
         /// Which half of the seeds 0 to 9999.
@@ -101,6 +103,10 @@ fn main() -> ExitCode {
             Ok(())
         }
         Command::Write { seed, file } => write(seed, &file),
+        Command::Look { seed } => {
+            look(seed);
+            Ok(())
+        }
         Command::Score { half, recordings, misses } => {
             let score = Score::of_many(&half.seeds(recordings));
             print!("{}", report::markdown(&score));
@@ -130,6 +136,14 @@ fn write(seed: u64, file: &Path) -> io::Result<()> {
     let mut beside = file.as_os_str().to_owned();
     beside.push(".json");
     std::fs::write(beside, format!("{:#}\n", file::truth(&case)))
+}
+
+fn look(seed: u64) {
+    let case = Case::of(seed);
+    println!("{:#}", file::truth(&case));
+    for episode in score::diagnosed(&case) {
+        println!("{episode:#?}");
+    }
 }
 
 fn clean(hours: u64, period_us: Option<u64>) -> io::Result<()> {

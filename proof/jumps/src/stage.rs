@@ -204,8 +204,10 @@ impl Stage {
         let mut wraps = Vec::new();
         for (row, pair) in self.moments.windows(2).enumerate() {
             let [before, after] = pair else { continue };
-            let same = before.scaling == after.scaling;
-            if same
+            // Nobody sees where the axis went in a gap.
+            let follows = after.taken - before.taken < 2.0 * self.plan.period;
+            if follows
+                && before.scaling == after.scaling
                 && before.scaling.round(&device, before.place) != after.scaling.round(&device, after.place)
             {
                 wraps.push(row + 1);
