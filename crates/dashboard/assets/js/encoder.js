@@ -157,7 +157,7 @@ function parameters(context) {
         }));
       }
       const found = device.data_check == null ? [] : status_texts(device.data_check);
-      put(check, device.data_check == null ? "" : found.length === 0 ? t("check.good") : t("check.bad", { status: `${device.data_check}h`, why: found.join("; ") }));
+      put(check, device.data_check == null ? "" : found.length === 0 ? t(context.unit.at_once ? "check.valid" : "check.good") : t("check.bad", { status: `${device.data_check}h`, why: found.join("; ") }));
       attribute(check, "class", found.length === 0 ? "good" : "bad");
       const latched = status_texts(device.latched_status);
       put(status, latched.length === 0 ? t("latched.none") : t("latched", { why: latched.join("; ") }));
