@@ -7,9 +7,10 @@
 use std::hint::black_box;
 
 use encoring_encoder::{Encoder, ServiceTimes, Terminals, Unit};
+use encoring_host::referee::{LineSeen, Observed, Referee, Vantage};
 use encoring_sim::{Eeprom, Node};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, Instant, Model, OutWord};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord};
 use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
 
@@ -58,6 +59,48 @@ fn read_services(device: (Encoder, Eeprom)) -> u32 {
     exchanges(device, Duration::from_micros(500), |call| if call % 2 == 0 { 0 } else { 0x8200_0000 })
 }
 
-library_benchmark_group!(name = exchange, benchmarks = [new_sample, same_sample, read_services]);
+/// Cycles that the referee of an encoder sees, 500 us apart, the shaft turning.
+fn refereed(mut referee: Referee, words: fn(u64) -> (u32, u32)) -> u64 {
+    for cycle in 0..CALLS {
+        let (out, input) = words(cycle);
+        referee.observe(black_box(Observed::Cycle {
+            at: Instant(cycle * 500_000),
+            out: OutWord(out),
+            input: Some(InWord(input)),
+            line: LineSeen::Good,
+        }));
+    }
+    black_box(referee.services())
+}
+
+fn referee() -> Referee {
+    Referee::new(Vantage::Writes, Some(Model::Ce65M))
+}
+
+// Beside `new_sample`, whose exchange it looks at.
+#[library_benchmark(config = limit(165_977))]
+#[bench::ce_65_m(setup = referee)]
+fn referee_idle(referee: Referee) -> u64 {
+    refereed(referee, |cycle| (0, cycle as u32 * 37 & 0xFF_FFFF))
+}
+
+// 125 reads of eight cycles each: number first, the bit, the reply, the fall and the end.
+#[library_benchmark(config = limit(181_869))]
+#[bench::ce_65_m(setup = referee)]
+fn referee_services(referee: Referee) -> u64 {
+    refereed(referee, |cycle| match cycle % 8 {
+        0 => (0, 100),
+        1 | 2 => (0x0200_0000, 100),
+        3 => (0x8200_0000, 100),
+        4 | 5 => (0x8200_0000, 0x8200_270F),
+        6 => (0x0200_0000, 0x8200_270F),
+        _ => (0x0200_0000, 100),
+    })
+}
+
+library_benchmark_group!(
+    name = exchange,
+    benchmarks = [new_sample, same_sample, read_services, referee_idle, referee_services]
+);
 
 main!(library_benchmark_groups = exchange);

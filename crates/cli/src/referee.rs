@@ -12,6 +12,7 @@ use encoring_station::FindingView;
 use encoring_words::Model;
 
 use crate::arguments::{Output, TableArguments};
+use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure, note, page};
 
 /// Judge a PLC program: which rules of the handshake did it break
@@ -93,7 +94,9 @@ fn tell_flaws(referees: &Referees, name: &str) {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
-    let mut referees = input::read(arguments)?;
+    let interrupt = Interrupt::new()?;
+    interrupt.only_looks();
+    let mut referees = input::read(arguments, &interrupt)?;
     referees.finish();
     tell_flaws(&referees, input::name(arguments));
     let mut out = io::stdout().lock();
@@ -106,6 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     out.flush()?;
     Ok(match referees.services() {
         _ if referees.is_broken() => Answer::No,
+        _ if interrupt.is_interrupted() => Answer::Unknown,
         0 => Answer::Unknown,
         _ => Answer::Yes,
     })

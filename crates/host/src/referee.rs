@@ -439,6 +439,10 @@ impl Referee {
 
     /// What has stood for too long.
     fn time_passes(&mut self, at: Instant) {
+        let idle = self.standing.is_none() && self.status_due.is_none() && self.error.is_none();
+        if idle && self.habits.is_all_checked() {
+            return;
+        }
         self.stands_long(at, STANDS_LONG);
         if self.standing.is_some_and(|standing| at.since(standing.rose) >= WITHDRAWAL) {
             self.settle();

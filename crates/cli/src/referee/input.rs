@@ -11,27 +11,50 @@ use encoring_station::refereeing::{line_seen, observed};
 use encoring_trace::bus::{BusReader, MARK};
 use encoring_trace::{DeviceLine, Input, Row, RowKind};
 use encoring_words::{InWord, Instant, Model, OutWord};
+use indicatif::ProgressBar;
 
 use super::{Arguments, SeenFrom};
 use crate::arguments::tell_doubts;
-use crate::output::{Failure, bad_input};
+use crate::interrupt::Interrupt;
+use crate::output::reading::{self, Beside};
+use crate::output::{Failure, bad_input, note};
 
 /// What messages call the trace.
 pub(super) fn name(arguments: &Arguments) -> &str {
     if arguments.trace == "-" { "standard input" } else { &arguments.trace }
 }
 
-/// Shows the trace to referees.
-pub(super) fn read(arguments: &Arguments) -> Result<Referees, Failure> {
+/// Rows between two looks whether a signal has come.
+const LOOK_EACH: u64 = 1_024;
+
+/// Shows the trace to referees, up to where a signal comes.
+pub(super) fn read(arguments: &Arguments, interrupt: &Interrupt) -> Result<Referees, Failure> {
     let name = name(arguments);
+    let mut progress = ProgressBar::hidden();
     let mut source: Box<dyn BufRead> = if arguments.trace == "-" {
         Box::new(io::stdin().lock())
     } else {
         let file = File::open(name).map_err(|error| bad_input(format!("cannot open {name}: {error}")))?;
-        Box::new(BufReader::new(file))
+        progress = reading::bar(&file, Beside::Nothing);
+        Box::new(BufReader::new(progress.wrap_read(file)))
     };
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
-    if begins.starts_with(MARK.as_bytes()) { bus(arguments, source) } else { table(arguments, source) }
+    let judged = if begins.starts_with(MARK.as_bytes()) {
+        bus(arguments, source, interrupt)
+    } else {
+        table(arguments, source, interrupt)
+    };
+    progress.finish_and_clear();
+    judged
+}
+
+/// Whether the reading ends here, because of a signal; then it says so.
+fn ends(interrupt: &Interrupt, rows: u64, (name, line): (&str, u64)) -> bool {
+    let ends = rows.is_multiple_of(LOOK_EACH) && interrupt.is_interrupted();
+    if ends {
+        note(&format!("note: {name}: interrupted, judged up to line {line} only"));
+    }
+    ends
 }
 
 fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Result<Referees, Failure> {
@@ -50,7 +73,7 @@ fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> 
     Ok(referees)
 }
 
-fn bus(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failure> {
+fn bus(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> Result<Referees, Failure> {
     if !arguments.table.says_nothing() || arguments.seen_from.is_some() {
         return Err(bad_input(format!(
             "{} says itself what its columns are and where it was taken; leave --columns, --decimal, --period and \
@@ -61,15 +84,17 @@ fn bus(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failure>
     let mut reader = BusReader::new(name(arguments), source).map_err(bad_input)?;
     // Writes make it the other vantage.
     let mut referees = referees(arguments, Vantage::Cycles, reader.devices())?;
-    reader.try_for_each(|row| {
+    for (rows, row) in (0..).zip(&mut reader) {
         let row = row.map_err(bad_input)?;
+        if ends(interrupt, rows, (name(arguments), row.line)) {
+            break;
+        }
         referees.observe(row.position, observed(&row));
-        Ok::<_, Failure>(())
-    })?;
+    }
     Ok(referees)
 }
 
-fn table(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failure> {
+fn table(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> Result<Referees, Failure> {
     let name = name(arguments);
     let mut reader = arguments.table.reader(name, source)?;
     let said = arguments.seen_from.map(SeenFrom::vantage);
@@ -84,8 +109,11 @@ fn table(arguments: &Arguments, source: impl BufRead) -> Result<Referees, Failur
     let mut referees = referees(arguments, vantage, devices)?;
     // What a row does not say stands as it did, by ring position.
     let mut standing = [(0, None); 256];
-    for row in &mut reader {
+    for (rows, row) in (0..).zip(&mut reader) {
         let row = row.map_err(bad_input)?;
+        if ends(interrupt, rows, (name, row.line)) {
+            break;
+        }
         if row.kind == RowKind::SsiEdge {
             continue;
         }

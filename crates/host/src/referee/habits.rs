@@ -120,6 +120,11 @@ impl Habits {
         self.unchecked = None;
     }
 
+    /// No write waits for its check.
+    pub(super) const fn is_all_checked(&self) -> bool {
+        self.unchecked.is_none()
+    }
+
     pub(super) fn check_is_late(&self, at: Instant) -> bool {
         self.unchecked.is_some_and(|(_, since)| at.since(since) >= CHECK_WITHIN)
     }
