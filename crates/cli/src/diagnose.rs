@@ -1,5 +1,6 @@
 //! `encoring diagnose`: why a position jumped.
 
+mod about;
 mod drawn;
 mod input;
 mod view;
@@ -7,10 +8,9 @@ mod view;
 use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
-use encoring_diagnosis::{Conclusion, Options, Picture};
-use encoring_words::Model;
+use encoring_diagnosis::{Conclusion, JumpCause, Picture};
 
-use crate::arguments::{Output, TableArguments, model};
+use crate::arguments::{Output, TableArguments};
 use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure, Format, note};
 
@@ -41,9 +41,8 @@ pub(crate) struct Arguments {
     #[arg(value_name = "FILE", required = true)]
     files: Vec<String>,
 
-    /// Model of the encoder, if the recording does not name it
-    #[arg(long, value_name = "MODEL", value_parser = model())]
-    model: Option<Model>,
+    #[command(flatten)]
+    about: about::AboutArguments,
 
     #[command(flatten)]
     drawn: drawn::DrawnArguments,
@@ -55,11 +54,8 @@ pub(crate) struct Arguments {
     table: TableArguments,
 }
 
-impl Arguments {
-    fn options(&self) -> Options {
-        Options { model: self.model, ..Options::default() }
-    }
-}
+/// Fewer rows show no motion.
+const ROWS_LEAST: u64 = 3;
 
 /// What a file says.
 struct Diagnosed {
@@ -95,7 +91,7 @@ fn answer(diagnosed: &[Diagnosed]) -> Answer {
     if episodes().any(|episode| episode.cause.is_fault()) {
         return Answer::No;
     }
-    let is_unclear = episodes().any(|episode| episode.cause == encoring_diagnosis::JumpCause::Unclear);
-    let is_empty = diagnosed.iter().all(|file| file.rows == 0);
-    if is_unclear || is_empty { Answer::Unknown } else { Answer::Yes }
+    let is_unclear = episodes().any(|episode| episode.cause == JumpCause::Unclear);
+    let is_judged = diagnosed.iter().any(|file| file.rows >= ROWS_LEAST);
+    if is_unclear || !is_judged { Answer::Unknown } else { Answer::Yes }
 }

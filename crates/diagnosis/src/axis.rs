@@ -7,6 +7,7 @@ use encoring_words::model::MODELS;
 use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, Model};
 
+use crate::motion::per_second;
 use crate::options::Options;
 
 /// What is known or assumed of an axis.
@@ -88,9 +89,4 @@ fn assumed(limits: &Limits, model: Option<Model>) -> Swiftest {
         // 710/113 is a little more than the radians of a turn.
         steps_per_s2: per_turn(limits.acceleration_rad_s2).map(|steps| steps * 113 / 710 + 1),
     }
-}
-
-fn per_second(steps: i64, span_ns: i64) -> i64 {
-    let product = i128::from(steps) * i128::from(span_ns);
-    i64::try_from(product / 1_000_000_000 + 1).unwrap_or(i64::MAX / 8)
 }

@@ -64,7 +64,7 @@ fn too_fast(curve: &Curve<'_>, places: &[i64], jumps: &[Find], found: &mut Vec<F
                 curve
                     .axis
                     .travel(1_000_000_000)
-                    .map_or(0, |_| crate::curve::scaled(way, 1_000_000_000, span)),
+                    .map_or(0, |_| crate::motion::scaled(way, 1_000_000_000, span)),
             );
             stretch = Some(stretch.map_or(at - rows..at + 1, |stretch| stretch.start..at + 1));
         } else if let Some(points) = stretch.take_if(|stretch| stretch.end + rows < at) {
@@ -134,15 +134,16 @@ struct Sudden {
 /// Whether the speed around a point changes too fast, over as many rows as it takes to be sure.
 fn sudden_at(curve: &Curve<'_>, places: &[i64], at: usize, bend: i64) -> Option<Sudden> {
     let speed = curve.step(at).map_or(0, |step| step.way).abs();
-    let noise = crate::curve::scaled(speed, curve.axis.refresh_ns + curve.period_ns / 5, curve.period_ns) + 2;
+    let noise =
+        crate::motion::scaled(speed, curve.axis.refresh_ns + curve.period_ns / 5, curve.period_ns) + 2;
     let mut rows = 1_usize;
     // Where the noise is a quarter of what the limit allows.
-    while i64::try_from(rows * rows).ok()?.saturating_mul(bend) < 8 * noise && rows < ROWS_MAX {
+    while i64::try_from(rows * rows).ok()? * bend < 8 * noise && rows < ROWS_MAX {
         rows += 1;
     }
     let [first, middle, last] = [at.checked_sub(rows)?, at, at + rows].map(|at| places.get(at).copied());
     let change = (last? - 2 * middle? + first?).abs();
-    let may = bend.saturating_mul(i64::try_from(rows * rows).ok()?);
+    let may = bend * i64::try_from(rows * rows).ok()?;
     (change > may + may / 2 + 4 * noise).then(|| Sudden {
         points: at - rows..at + rows + 1,
         evidence: format!("the speed changes by {change} steps in {rows} rows; {may} are permissible"),

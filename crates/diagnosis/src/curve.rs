@@ -3,6 +3,7 @@
 use encoring_host::validity::Circle;
 
 use crate::axis::Axis;
+use crate::motion::{FARTHEST, scaled};
 use crate::row::Row;
 
 /// No jump is looked at that has fewer steps.
@@ -46,18 +47,6 @@ impl Speed {
     }
 }
 
-/// A way made in `of` nanoseconds, at the same speed in `span`.
-pub(crate) fn scaled(way: i64, span: i64, of: i64) -> i64 {
-    if span == of || way == 0 {
-        return way;
-    }
-    let of = of.max(1);
-    match way.checked_mul(span) {
-        Some(product) => product / of,
-        None => i64::try_from(i128::from(way) * i128::from(span) / i128::from(of)).unwrap_or(i64::MAX / 8),
-    }
-}
-
 impl Curve<'_> {
     pub(crate) fn value(&self, at: usize) -> Option<i64> {
         self.points.get(at).map(|point| point.value)
@@ -89,7 +78,7 @@ impl Curve<'_> {
     /// What motion may add within a time.
     pub(crate) fn may(&self, span_ns: i64) -> i64 {
         let times = span_ns.saturating_add(self.period_ns / 2) / self.period_ns.max(1);
-        self.tolerance.saturating_mul(times.clamp(1, 16).saturating_mul(times.clamp(1, 16)))
+        (self.tolerance * times.clamp(1, 16) * times.clamp(1, 16)).min(FARTHEST)
     }
 
     pub(crate) fn fits(&self, at: usize) -> bool {
@@ -149,10 +138,11 @@ impl Curve<'_> {
 
 /// What second differences motion makes: three times the one with so many larger ones.
 pub(crate) fn threshold(mut bends: Vec<i64>, outliers: usize) -> i64 {
-    let rank = outliers.min(bends.len() / 2);
+    // One wrong row makes three large differences.
+    let rank = outliers.min(bends.len() * 3 / 5);
     if bends.is_empty() {
         return LEAST;
     }
     let (_, ranked, _) = bends.select_nth_unstable_by(rank, |a, b| b.cmp(a));
-    ranked.saturating_mul(3).max(LEAST)
+    ranked.saturating_mul(3).clamp(LEAST, FARTHEST)
 }

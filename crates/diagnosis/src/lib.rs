@@ -32,6 +32,7 @@ mod cause;
 mod curve;
 mod detector;
 mod episode;
+mod motion;
 mod noise;
 mod options;
 mod outside;

@@ -3,7 +3,8 @@
 use std::ops::Range;
 
 use crate::cause::JumpCause;
-use crate::curve::{Curve, Point, scaled};
+use crate::curve::{Curve, Point};
+use crate::motion::scaled;
 use crate::scan::Find;
 use crate::verdict::Judged;
 

@@ -76,7 +76,7 @@ fn candidate(points: &[Point]) -> Option<Candidate> {
     let against = before.signum() == after.signum() && jump.signum() == -before.signum();
     let (top, bottom) = (b.value.max(c.value), b.value.min(c.value));
     let span = |from: &Point, to: &Point| (to.time_ns - from.time_ns).max(1);
-    let scale = |way: i64, of: i64| crate::curve::scaled(way, span(b, c), of);
+    let scale = |way: i64, of: i64| crate::motion::scaled(way, span(b, c), of);
     let (was, is) = (scale(before, span(a, b)), scale(after, span(c, d)));
     let reach = was.abs().max(is.abs());
     let positions = jump.abs() + (was + is).abs() / 2;

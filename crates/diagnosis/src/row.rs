@@ -5,6 +5,11 @@ use encoring_words::{InWord, gray};
 
 use crate::sample::{Sample, Sighting};
 
+/// The latest time, nine years: sums of a few times never overflow.
+const LATEST: i64 = 1 << 58;
+/// The farthest position as a number.
+const MOST_STEPS: i64 = 1 << 40;
+
 /// A row that is kept.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Row {
@@ -32,8 +37,12 @@ pub(crate) const WAYS: [ReadAs; 4] = [ReadAs::Plain, ReadAs::Gray, ReadAs::Binar
 
 impl Row {
     pub(crate) fn new(sample: &Sample) -> Self {
-        let time_ns = i64::try_from(sample.time_ns).unwrap_or(i64::MAX);
-        Self { line: sample.line, time_ns, reading: sample.reading, out: sample.out }
+        let time_ns = i64::try_from(sample.time_ns).unwrap_or(LATEST).min(LATEST);
+        let reading = match sample.reading {
+            Sighting::Steps(steps) => Sighting::Steps(steps.clamp(-MOST_STEPS, MOST_STEPS)),
+            other => other,
+        };
+        Self { line: sample.line, time_ns, reading, out: sample.out }
     }
 
     /// The bits that came, as a number.

@@ -6,7 +6,8 @@ use encoring_host::validity::Circle;
 use encoring_words::Model;
 
 use crate::cause::{JumpCause, Likelihood};
-use crate::curve::{Curve, scaled};
+use crate::curve::Curve;
+use crate::motion::scaled;
 use crate::returning::Excursion;
 use crate::row::ReadAs;
 use crate::services::Services;

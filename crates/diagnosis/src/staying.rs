@@ -3,7 +3,8 @@
 use encoring_words::Model;
 
 use crate::cause::JumpCause;
-use crate::curve::{Curve, Speed, scaled};
+use crate::curve::{Curve, Speed};
+use crate::motion::scaled;
 use crate::services::{Done, Services};
 use crate::verdict::Judged;
 

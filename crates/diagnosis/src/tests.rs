@@ -55,3 +55,37 @@ fn a_zero_that_was_lost_shows_by_a_known_place_before_a_pause_and_one_behind_it(
     let found = detector.finish().episodes;
     assert_eq!((found[0].line, found[0].cause), (602, JumpCause::ZeroLost), "{found:?}");
 }
+
+mod any {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn reading() -> impl Strategy<Value = Sighting> {
+        prop_oneof![
+            any::<u32>().prop_map(Sighting::Word),
+            (0..2_000_u32).prop_map(Sighting::Word),
+            any::<i64>().prop_map(Sighting::Steps),
+            any::<u16>().prop_map(Sighting::Bits16),
+            Just(Sighting::Nothing),
+        ]
+    }
+
+    proptest! {
+        #[test]
+        fn no_rows_at_all_make_it_panic(
+            rows in proptest::collection::vec((any::<u64>(), reading(), any::<Option<u32>>()), 0..200),
+            sorted: bool,
+        ) {
+            let mut rows = rows;
+            if sorted {
+                rows.sort_by_key(|row| row.0);
+            }
+            let mut detector = Detector::new(Options::default());
+            for (line, (time_ns, reading, out)) in (2..).zip(rows) {
+                detector.sample(Sample { line, time_ns, position: 0, out, reading });
+            }
+            let found = detector.finish();
+            prop_assert!(found.episodes.iter().all(|episode| episode.line <= episode.to_line && episode.count > 0));
+        }
+    }
+}

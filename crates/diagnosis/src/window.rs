@@ -1,5 +1,6 @@
 //! The rows of one encoder, as many as are looked at together.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use encoring_host::validity::Circle;
@@ -11,6 +12,7 @@ use crate::beyond;
 use crate::cause::JumpCause;
 use crate::curve::{Curve, LEAST, Point, threshold};
 use crate::episode::{Conclusion, Episode};
+use crate::motion::FARTHEST;
 use crate::noise;
 use crate::options::{KnownPlace, Options};
 use crate::outside::Outside;
@@ -74,6 +76,8 @@ pub(crate) struct Window {
     is_ending: bool,
     tally: Tally,
     episodes: Vec<Episode>,
+    /// How many episodes of each cause there are, and the place of the last.
+    counts: BTreeMap<JumpCause, (usize, usize)>,
 }
 
 /// What was seen, for the sentences at the end.
@@ -82,6 +86,10 @@ struct Tally {
     rows: u64,
     positions: u64,
     period_ns: i64,
+    /// The largest tolerance.
+    tolerance: i64,
+    is_lost: bool,
+    has_moved: bool,
 }
 
 impl Window {
@@ -117,6 +125,7 @@ impl Window {
             is_ending: false,
             tally: Tally::default(),
             episodes: Vec::new(),
+            counts: BTreeMap::new(),
         }
     }
 
@@ -138,7 +147,7 @@ impl Window {
     pub(crate) fn finish(mut self, conclusion: &mut Conclusion) {
         self.is_ending = true;
         self.judge(self.rows.len());
-        self.tally.tell(self.position, conclusion);
+        self.tally.tell(&self, conclusion);
         conclusion.episodes.append(&mut self.episodes);
     }
 
@@ -156,6 +165,7 @@ impl Window {
         }
         self.find_round(&points);
         let tolerance = self.tolerance(&points, &range);
+        self.tally.look(&points, &self.axis, tolerance, self.most);
         let mut finds = Vec::new();
         for run in points.chunk_by(|a, b| b.time_ns - a.time_ns <= (GAP + 1) * period) {
             let rows = &self.rows;
@@ -173,8 +183,7 @@ impl Window {
         self.sessions(&range, &mut finds);
         self.known(&points, &range, &mut finds);
         finds.sort_by_key(|(rows, _)| rows.start);
-        // Half of the range can be passed from row to row, and so every place be reached.
-        let is_lost = tolerance.saturating_mul(2) >= self.axis.circle.positions.min(self.most + 1);
+        let is_lost = is_lost(tolerance, &self.axis, self.most);
         for (rows, judged) in finds {
             let judged = if is_lost { judged.doubted() } else { judged };
             self.tell(rows, judged);
@@ -238,7 +247,7 @@ impl Window {
         let bend = |three: &[Point]| {
             let [a, b, c] = three else { return None };
             let (before, after) = (b.time_ns - a.time_ns, c.time_ns - b.time_ns);
-            let way = crate::curve::scaled(circle.way(a.value, b.value), after, before);
+            let way = crate::motion::scaled(circle.way(a.value, b.value), after, before);
             Some((c.row, (circle.way(b.value, c.value) - way).abs()))
         };
         let bends: Vec<(usize, i64)> = points.windows(3).filter_map(bend).collect();
@@ -247,7 +256,7 @@ impl Window {
         self.bends.sort_unstable_by(|a, b| b.cmp(a));
         self.bends.truncate(OUTLIERS + 1);
         let all = self.bends.get(OUTLIERS).copied().unwrap_or_default().saturating_mul(3);
-        own.max(all).max(LEAST)
+        own.max(all).clamp(LEAST, FARTHEST)
     }
 
     fn curve(
@@ -452,7 +461,7 @@ impl Window {
         let Some(after) = points.get(behind) else { return Some(before.value) };
         let way = self.axis.circle.way(before.value, after.value);
         let span = (time_ns - before.time_ns).max(0);
-        let way = crate::curve::scaled(way, span, after.time_ns - before.time_ns);
+        let way = crate::motion::scaled(way, span, after.time_ns - before.time_ns);
         Some(self.axis.circle.moved(before.value, way))
     }
 
@@ -483,9 +492,8 @@ impl Window {
         };
         let before = rows.start.checked_sub(1).and_then(|at| self.rows.get(at)).map_or(0, |row| row.line);
         let (line, to_line, count) = (first.line, last.line, rows.len() as u64);
-        let same = self.episodes.iter().filter(|known| known.cause == judged.cause).count();
-        let known = self.episodes.iter_mut().rev().find(|known| known.cause == judged.cause);
-        if let Some(known) = known
+        let (same, last) = self.counts.get(&judged.cause).copied().unwrap_or((0, usize::MAX));
+        if let Some(known) = self.episodes.get_mut(last)
             && (same >= APART || judged.cause.lasts() && (known.to_line == before || known.to_line >= line))
         {
             known.count += count;
@@ -499,6 +507,7 @@ impl Window {
         {
             evidence.insert(0, format!("{} behind {}", first.shown(), before.shown()));
         }
+        self.counts.insert(cause, (same + 1, self.episodes.len()));
         self.episodes.push(Episode {
             line,
             to_line,
@@ -536,12 +545,68 @@ fn gaps(found: &[Find], length: usize) -> Vec<Range<usize>> {
     parts
 }
 
+/// Whether half of the range can be passed from row to row, and so every place be reached.
+fn is_lost(tolerance: i64, axis: &Axis, most: i64) -> bool {
+    tolerance * 2 >= axis.circle.positions.min(most + 1).max(2)
+}
+
 impl Tally {
-    fn tell(&self, position: u8, conclusion: &mut Conclusion) {
+    /// What can be judged of these points.
+    fn look(&mut self, points: &[Point], axis: &Axis, tolerance: i64, most: i64) {
+        self.tolerance = self.tolerance.max(tolerance);
+        self.is_lost |= points.len() > 2 && is_lost(tolerance, axis, most);
+        self.has_moved |= points.windows(2).any(|two| matches!(two, [a, b] if a.value != b.value));
+    }
+
+    fn tell(&self, window: &Window, conclusion: &mut Conclusion) {
+        let (position, axis) = (window.position, &window.axis);
         let period = Duration(self.period_ns.unsigned_abs());
-        conclusion.judged.push(format!(
+        let told = &mut conclusion.judged;
+        told.push(format!(
             "position {position}: {} rows, {} of them positions, {period} apart",
             self.rows, self.positions
         ));
+        let limits = &mut conclusion.limits;
+        if self.positions < 3 {
+            limits.push(format!("position {position}: fewer than three positions: nothing can be judged"));
+            return;
+        }
+        let jump = match axis.bend(self.period_ns + axis.refresh_ns) {
+            Some(bend) if self.tolerance == LEAST => (bend / 4 * 3 + 2).max(LEAST),
+            _ => self.tolerance,
+        };
+        if self.is_lost {
+            limits.push(format!(
+                "position {position}: at this period no jump can be judged: half of the positions can be passed from row to row"
+            ));
+        } else {
+            limits.push(format!(
+                "position {position}: at this period no jump of up to {jump} steps can be judged"
+            ));
+        }
+        if !self.has_moved {
+            limits.push(format!(
+                "position {position}: it never moved: code, order of the halves, scaling, direction and held bits do not show"
+            ));
+        }
+        let positions = axis.circle.positions;
+        told.push(match (axis.is_circle_known, window.rounds) {
+            (true, _) => format!("position {position}: {positions} positions, as given"),
+            (false, 0) => {
+                format!("position {position}: S is at least {}: no end of the range was seen", window.most)
+            }
+            (false, times) => {
+                format!("position {position}: about {positions} positions: their end was seen {times} times")
+            }
+        });
+        if !axis.is_scale_known {
+            limits.push(format!(
+                "position {position}: N, D and the counting direction do not show in positions; speed and acceleration were judged \
+                 as steps only: give --parameters"
+            ));
+        }
+        if !window.services.shows_out() {
+            limits.push(format!("position {position}: without OUT in every row presets and scalings are seen only by their replies"));
+        }
     }
 }

@@ -107,6 +107,15 @@ impl<R: Read> Reader<R> {
         }
     }
 
+    /// Nanoseconds at which the times of the rows begin: of dates since 1970, of times of day since midnight; 0 where times
+    /// are as they stand. Known behind the first row.
+    pub fn origin_ns(&self) -> i128 {
+        match &self.rows {
+            Rows::Ours(_) => 0,
+            Rows::Foreign(table) => table.origin_ns(),
+        }
+    }
+
     /// Whether so far every word was read as hexadecimal and could be decimal.
     pub fn may_be_decimal(&self) -> bool {
         match &self.rows {

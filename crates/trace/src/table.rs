@@ -122,6 +122,11 @@ impl<R: Read> Table<R> {
         &self.assumed
     }
 
+    /// Nanoseconds at which the times begin: of a date since 1970, of a time of day since midnight.
+    pub(crate) const fn origin_ns(&self) -> i128 {
+        self.origin_ns
+    }
+
     /// Whether there were words, and none that could not be decimal.
     pub(crate) fn may_be_decimal(&self) -> bool {
         self.style.bare == Bare::Hexadecimal && self.doubt == Doubt::AllDigits

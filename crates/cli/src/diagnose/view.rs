@@ -3,7 +3,9 @@
 use std::fmt;
 
 use encoring_diagnosis::{Episode, JumpCause};
-use encoring_words::Duration;
+use encoring_words::model::MODELS;
+use encoring_words::sheet::StepChange;
+use encoring_words::{Duration, Model};
 use serde::Serialize;
 
 use super::Diagnosed;
@@ -25,6 +27,9 @@ struct EventView {
     evidence: Vec<String>,
     #[serde(skip)]
     title: String,
+    /// The manual's table of causes and remedies is about it [R150..R153].
+    #[serde(skip)]
+    is_of_the_manual: bool,
 }
 
 /// The whole report.
@@ -50,8 +55,20 @@ impl EventView {
             apart: episode.apart.clone(),
             evidence: episode.evidence.clone(),
             title: episode.cause.title().to_owned(),
+            is_of_the_manual: is_of_the_manual(episode),
         }
     }
+}
+
+/// Whether it is, or may be, mechanical or electrical.
+fn is_of_the_manual(episode: &Episode) -> bool {
+    let causes = [episode.cause].into_iter().chain(episode.alternatives.iter().copied());
+    causes.into_iter().any(JumpCause::is_of_the_manual)
+}
+
+/// The table of the one manual that has it.
+fn step_changes() -> &'static [StepChange] {
+    MODELS.into_iter().map(Model::step_changes).find(|steps| !steps.is_empty()).unwrap_or_default()
 }
 
 impl ReportView {
@@ -106,11 +123,19 @@ impl fmt::Display for ReportView {
         for limit in &self.limits {
             text += &format!("{limit}\n");
         }
-        if self.events.is_empty() {
+        if self.judged.is_empty() {
+            text += "nothing could be judged: no row holds a position\n";
+        } else if self.events.is_empty() {
             text += "no step change\n";
         }
         for event in &self.events {
             text += &event.to_string();
+        }
+        if self.events.iter().any(|event| event.is_of_the_manual) {
+            text += "what may be mechanical or electrical has these causes and remedies in the manual:\n";
+            for StepChange { cause, remedy } in step_changes() {
+                text += &format!("  {cause}: {remedy}\n");
+            }
         }
         for judged in &self.judged {
             text += &format!("judged: {judged}\n");

@@ -3,6 +3,7 @@
 
 mod cells;
 mod decode;
+mod diagnose;
 mod drawn;
 mod json;
 mod master;

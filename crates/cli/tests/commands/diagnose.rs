@@ -1,0 +1,99 @@
+//! `encoring diagnose`: its inputs, both outputs, its exit codes, and what is refused.
+
+use super::{Run, encoring, refused};
+use serde_json::Value;
+
+/// A log of positions a millisecond apart.
+fn log(words: impl IntoIterator<Item = u32>) -> String {
+    let rows = (0..).zip(words).map(|(ms, word): (u32, u32)| format!("{ms},{word:08X}\n"));
+    "time_ms,in\n".to_owned() + &rows.collect::<String>()
+}
+
+/// Even motion, with one row changed.
+fn turning(at: u32, change: impl Fn(u32) -> u32) -> String {
+    log((0..200).map(|k| if k == at { change(1_000 + 10 * k) } else { 1_000 + 10 * k }))
+}
+
+fn diagnosed(arguments: &[&str], log: &str) -> (Option<i32>, Value) {
+    let all = [&["diagnose", "-", "--format", "json"][..], arguments].concat();
+    let Run { code, out, err } = encoring(&all, log.as_bytes());
+    (code, serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}")))
+}
+
+#[test]
+fn even_motion_has_no_step_change_and_says_what_was_judged_and_what_could_not_be() {
+    let (code, report) = diagnosed(&[], &turning(0, |word| word));
+    assert_eq!((code, report["events"].as_array().map(Vec::len)), (Some(0), Some(0)));
+    assert!(report["judged"][0].as_str().unwrap().contains("200 rows"), "{report}");
+    assert!(report["limits"][0].as_str().unwrap().contains("no jump of up to"), "{report}");
+}
+
+#[test]
+fn one_wrong_bit_is_a_fault_with_every_key_of_the_document() {
+    let (code, report) = diagnosed(&[], &turning(100, |word| word ^ 1 << 20));
+    assert_eq!(code, Some(1));
+    let event = report["events"][0].as_object().unwrap();
+    let keys: Vec<&str> = event.keys().map(String::as_str).collect();
+    let mut documented = vec![
+        "file",
+        "line",
+        "to_line",
+        "count",
+        "time_us",
+        "position",
+        "cause",
+        "certainty",
+        "alternatives",
+        "apart",
+        "evidence",
+    ];
+    documented.sort_unstable();
+    assert_eq!(keys, documented);
+    assert_eq!((event["cause"].as_str(), event["line"].as_u64()), (Some("single_bit"), Some(102)));
+}
+
+#[test]
+fn a_preset_is_no_fault_and_a_jump_of_which_nothing_tells_is_exit_code_3() {
+    let preset = log((0..200).map(|k| match k {
+        0..100 => 5_000,
+        100..110 => 0xC600_03E8,
+        _ => 1_000,
+    }));
+    let (_, report) = diagnosed(&[], &preset);
+    let causes: Vec<_> = report["events"].as_array().unwrap().iter().map(|event| &event["cause"]).collect();
+    assert!(causes.contains(&&Value::from("preset")), "{report}");
+    let slipped = log((0..200).map(|k| if k < 100 { 500_000 + 10 * k } else { 654_321 + 10 * k }));
+    let (code, report) = diagnosed(&[], &slipped);
+    assert_eq!((code, report["events"][0]["cause"].as_str()), (Some(3), Some("unclear")), "{report}");
+}
+
+// [R150, R151, R152, R153]
+#[test]
+fn a_jump_that_may_be_mechanical_or_electrical_has_the_causes_and_remedies_of_the_manual() {
+    let Run { out, .. } = encoring(&["diagnose", "-"], turning(100, |word| word ^ 1 << 20).as_bytes());
+    let text = out.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in ["loose contacts", "shock modules", "twisted pairs", "plastic couplings"] {
+        assert!(text.contains(part), "{part}: {out}");
+    }
+}
+
+#[test]
+fn what_an_ssi_receiver_printed_is_read_as_positions() {
+    let rows = (0..50).map(|k| {
+        let position = if k == 25 { 1 << 18 } else { 100 + k };
+        format!("{},25,1,{position},\n", k * 1_000_000)
+    });
+    let csv = "time_ns,clocks,field,position,fault\n".to_owned() + &rows.collect::<String>();
+    let (code, report) = diagnosed(&[], &csv);
+    assert_eq!(report["events"][0]["line"].as_u64(), Some(27), "{report}");
+    assert_ne!(code, Some(2));
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_with_line_and_column() {
+    let begins =
+        "error: standard input line 3, column time_us: 1000 is before 2000, the time of the previous row";
+    refused(&["diagnose", "-"], b"time_us,in\n2000,00000064\n1000,00000065\n", begins);
+    let Run { code, out, .. } = encoring(&["diagnose", "-"], b"time_us,in\n");
+    assert_eq!((code, out.starts_with("nothing could be judged")), (Some(3), true), "{out}");
+}
