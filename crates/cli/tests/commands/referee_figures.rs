@@ -36,11 +36,6 @@ fn write(ms: u64, word: u32) -> Vec<Step> {
     service(ms, word, word)
 }
 
-/// One after the other.
-fn all<const N: usize>(parts: [Vec<Step>; N]) -> Vec<Step> {
-    parts.concat()
-}
-
 /// What a program does that keeps the rule, what one that breaks it, and what to look at there: the step, and why.
 fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
     let preset = || write(4, 0xC600_0005);
@@ -107,7 +102,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             let end = [step(4, 0x0800_0000, 0x8800_0000), step(4, 0x0800_0000, POSITION)];
             let steps = [&hasty[..], &next, &end].concat();
             (
-                all([service(4, 0x8200_0000, 0x8200_270F), write(4, 0x8800_0000)]),
+                [service(4, 0x8200_0000, 0x8200_270F), write(4, 0x8800_0000)].concat(),
                 steps,
                 4,
                 "IN bit 31 still belongs to the service before",
@@ -126,31 +121,30 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
         HandshakeRule::NoDataCheck => {
             let length = || write(500, 0xC200_270F);
             (
-                all([length(), write(500, 0x8800_0000), idle(6_500, POSITION)]),
-                all([length(), idle(9_000, POSITION)]),
+                [length(), write(500, 0x8800_0000), idle(6_500, POSITION)].concat(),
+                [length(), idle(9_000, POSITION)].concat(),
                 4,
                 "in 10 s no data check: the old values count",
             )
         }
         HandshakeRule::StatusNotRead | HandshakeRule::ErrorIgnored => {
             let read = || service(100, 0x8200_0000, 0xA200_270F);
-            let check = all([
-                vec![step(100, 0x0800_0000, POSITION | 1 << 29)],
-                write(100, 0x8800_0000)[1..].to_vec(),
-            ]);
+            let check =
+                [vec![step(100, 0x0800_0000, POSITION | 1 << 29)], write(100, 0x8800_0000)[1..].to_vec()]
+                    .concat();
             let ignored = vec![step(1_200, 0, POSITION | 1 << 29)];
             match rule {
                 HandshakeRule::StatusNotRead => (
-                    all([read(), check]),
-                    all([read(), ignored]),
+                    [read(), check].concat(),
+                    [read(), ignored].concat(),
                     2,
                     "the reply has bit 29, and in a second nobody asks why",
                 ),
                 _ => {
                     let stands = || vec![step(100, 0, POSITION), step(200, 0, POSITION | 1 << 29)];
                     (
-                        all([stands(), check]),
-                        all([stands(), ignored]),
+                        [stands(), check].concat(),
+                        [stands(), ignored].concat(),
                         1,
                         "bit 29 stands in normal mode, and in a second nobody asks why",
                     )
@@ -160,21 +154,21 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
         HandshakeRule::OutOfRange => {
             let check = || write(4, 0x8800_0000);
             (
-                all([write(4, 0xC200_270F), check()]),
-                all([service(4, 0xC200_0000, 0xE200_0000), check()]),
+                [write(4, 0xC200_270F), check()].concat(),
+                [service(4, 0xC200_0000, 0xE200_0000), check()].concat(),
                 1,
                 "the model has no measuring length of 0",
             )
         }
         HandshakeRule::UnknownService => (
             service(4, 0x8200_0000, 0x8200_270F),
-            all([service(4, 0x8700_0000, 0xA700_0000), write(4, 0x8800_0000)]),
+            [service(4, 0x8700_0000, 0xA700_0000), write(4, 0x8800_0000)].concat(),
             1,
             "no encoder has a service 07",
         ),
         HandshakeRule::WrongDirection => (
             write(4, 0x8800_0000),
-            all([service(4, 0xC800_0000, 0xE800_0000), write(4, 0x8800_0000)]),
+            [service(4, 0xC800_0000, 0xE800_0000), write(4, 0x8800_0000)].concat(),
             1,
             "08 is written, and it can only be read",
         ),
@@ -183,8 +177,8 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             // The first equal write is a change.
             let writes = (0..11).flat_map(|k| write(40, 0xC200_2000 + k * step)).collect();
             (
-                all([write(40, 0xC200_2000), write(40, 0x8800_0000)]),
-                all([writes, write(40, 0x8800_0000)]),
+                [write(40, 0xC200_2000), write(40, 0x8800_0000)].concat(),
+                [writes, write(40, 0x8800_0000)].concat(),
                 5 * 9,
                 "the same parameter for the tenth time in a row",
             )
@@ -199,14 +193,14 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             )
         }
         HandshakeRule::PresetRepeated => {
-            (preset(), all([preset(), preset()]), 6, "the same preset adjustment once more")
+            (preset(), [preset(), preset()].concat(), 6, "the same preset adjustment once more")
         }
         HandshakeRule::PresetWhileMoving => {
             let moving = (0..8).map(|k| step(20, 0, POSITION + 10 * k)).collect();
             let still = vec![step(160, 0, POSITION)];
             (
-                all([still, write(20, 0xC600_0005)]),
-                all([moving, write(20, 0xC600_0005)]),
+                [still, write(20, 0xC600_0005)].concat(),
+                [moving, write(20, 0xC600_0005)].concat(),
                 9,
                 "the position has just changed",
             )
