@@ -110,12 +110,17 @@ fn too_sudden(curve: &Curve<'_>, places: &[i64], jumps: &[Find], found: &mut Vec
                     most = other.unwrap_or(most);
                 }
                 at = far.max(most.points.end + most.points.len());
-                let Sudden { points, evidence, .. } = most;
+                let Sudden { points, evidence, is_far, .. } = most;
                 let near = points.start.saturating_sub(ROWS_NEAR)..points.end + ROWS_NEAR;
                 let follows =
                     found.iter().any(|find| find.points.start < near.end && near.start < find.points.end);
                 if is_free(&points, jumps) && !follows {
-                    let judged = Judged::likely(JumpCause::OverAcceleration, evidence);
+                    let judged = if is_far {
+                        Judged::likely(JumpCause::OverAcceleration, evidence)
+                    } else {
+                        Judged::possible(JumpCause::Unclear, evidence)
+                            .or(&[JumpCause::OverAcceleration, JumpCause::Mechanical])
+                    };
                     found.push(Find { points, judged });
                 }
             }
@@ -129,6 +134,8 @@ struct Sudden {
     points: Range<usize>,
     evidence: String,
     excess: i64,
+    /// By far.
+    is_far: bool,
 }
 
 /// Whether the speed around a point changes too fast, over as many rows as it takes to be sure.
@@ -144,9 +151,10 @@ fn sudden_at(curve: &Curve<'_>, places: &[i64], at: usize, bend: i64) -> Option<
     let [first, middle, last] = [at.checked_sub(rows)?, at, at + rows].map(|at| places.get(at).copied());
     let change = (last? - 2 * middle? + first?).abs();
     let may = bend * i64::try_from(rows * rows).ok()?;
-    (change > may + may / 2 + 4 * noise).then(|| Sudden {
+    (change > 2 * may + 4 * noise).then(|| Sudden {
         points: at - rows..at + rows + 1,
         evidence: format!("the speed changes by {change} steps in {rows} rows; {may} are permissible"),
         excess: change - may,
+        is_far: change > 4 * may + 8 * noise,
     })
 }

@@ -172,10 +172,11 @@ impl Walk<'_, '_> {
     fn wrap(&mut self, at: usize) {
         let positions = self.curve.circle.positions;
         let evidence = format!("from one end of {positions} positions to the other, at the same speed");
-        let judged = if self.beside.is_circle_sure {
+        let is_slow = self.curve.tolerance.saturating_mul(16) < positions;
+        let judged = if self.beside.is_circle_sure && is_slow {
             Judged::certain(JumpCause::Wrap, evidence)
         } else {
-            Judged::likely(JumpCause::Wrap, evidence).or(&[JumpCause::Preset])
+            Judged::likely(JumpCause::Wrap, evidence).or(&[JumpCause::Preset, JumpCause::OtherSource])
         };
         self.found.push(Find { points: at..at + 1, judged });
     }

@@ -73,7 +73,9 @@ impl Services {
             self.high = position >> 16;
         }
         let reply = row.reply().filter(|reply| !self.is_exchanged(*reply));
+        // Where OUT stands beside it, the request is told by that.
         if reply != self.last_reply
+            && row.out.is_none()
             && let Some(reply) = reply
             && let encoring_words::word::In::Reply(fields) = reply.decode()
         {

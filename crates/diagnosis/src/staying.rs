@@ -218,7 +218,11 @@ impl Departure<'_> {
             Judged::likely(JumpCause::Direction, evidence)
                 .since(format!("the position is S minus the one before, within {mirrored} steps"))
         } else {
-            Judged::likely(JumpCause::Direction, evidence).or(&[JumpCause::Preset, JumpCause::OtherSource])
+            Judged::possible(JumpCause::Unclear, evidence).or(&[
+                JumpCause::Direction,
+                JumpCause::Preset,
+                JumpCause::OtherSource,
+            ])
         })
     }
 
@@ -300,17 +304,19 @@ impl Departure<'_> {
             let evidence =
                 format!("{evidence}; OUT asks for no service, and the encoder has no preset input");
             let stands = around.before.way == 0 && around.after.way == 0;
-            return Some(if stands {
+            let is_bit = is_one_bit(jump, self.curve.near());
+            return Some(if stands || is_bit {
+                let other = if is_bit { JumpCause::StuckBit } else { JumpCause::Rescaled };
                 Judged::possible(JumpCause::Unclear, evidence).or(&[
                     JumpCause::Mechanical,
-                    JumpCause::Rescaled,
+                    other,
                     JumpCause::OtherSource,
                 ])
             } else {
                 Judged::likely(JumpCause::Mechanical, evidence)
             });
         }
-        let mut others = vec![JumpCause::Mechanical, JumpCause::Preset];
+        let mut others = vec![JumpCause::Mechanical, JumpCause::Preset, JumpCause::OtherSource];
         if is_one_bit(jump, self.curve.near()) {
             others.insert(0, JumpCause::StuckBit);
         }
@@ -325,6 +331,13 @@ impl Departure<'_> {
             speed(around.before),
             speed(around.after)
         );
+        if around.before.way.signum() * around.after.way.signum() < 0 {
+            return Judged::possible(JumpCause::Unclear, evidence).or(&[
+                JumpCause::Direction,
+                JumpCause::Preset,
+                JumpCause::OtherSource,
+            ]);
+        }
         let few = around.before.rows < SPEED_ROWS_LEAST || around.after.rows < SPEED_ROWS_LEAST;
         if few {
             return Judged::possible(JumpCause::Unclear, evidence).or(&[
