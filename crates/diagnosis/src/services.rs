@@ -139,14 +139,16 @@ impl Services {
         let mut told = 0;
         for marks in open.take_while(|marks| ended(marks)) {
             told += marks.len();
-            for done in marks.iter().map(|mark| mark.done) {
-                let is_new = sessions.last().is_none_or(|last| last.done != done);
-                if let (true, Some(first), Some(last)) =
-                    (is_new && done != Done::Check, marks.first(), marks.last())
-                {
-                    sessions.push(Session { done, lines: (first.line, last.line) });
+            let mut open: Option<Session> = None;
+            for Mark { line, done, .. } in marks.iter().copied() {
+                match &mut open {
+                    // The check takes over what was written before it.
+                    Some(session) if done == Done::Check || session.done == done => session.lines.1 = line,
+                    _ if done == Done::Check => {}
+                    _ => sessions.extend(open.replace(Session { done, lines: (line, line) })),
                 }
             }
+            sessions.extend(open);
         }
         self.untold.drain(..told);
         sessions
