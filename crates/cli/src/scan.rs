@@ -11,6 +11,7 @@ use crate::arguments::Output;
 use crate::arguments::bus::Address;
 use crate::arguments::fault::{self, Faults};
 use crate::bus::{gateway, simulated_ring};
+use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure, bad_input};
 
 mod view;
@@ -57,6 +58,8 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if !arguments.faults.faults.is_empty() {
         return Err(bad_input("--fault works on a simulated ring only; leave it out"));
     }
+    // Also where whoever started it has signals ignored, the second one ends it.
+    let _interrupt = Interrupt::new()?;
     let mut client = Client::new(gateway(address)?)?;
     let place = client.address().way.to_string();
     let modules = client.modules().map_err(|error| Failure::NoAnswer(format!("{place}: {error}")))?;
