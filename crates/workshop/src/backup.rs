@@ -38,7 +38,9 @@ impl BackupOrigin<'_> {
     /// The name of a backup that was given none.
     #[must_use]
     pub fn file_name(&self, model: Model) -> PathBuf {
-        let name = format!("backup-{model}-at-{}-{}.toml", self.position, self.time());
+        // Two commands may follow one another within a second.
+        let time = humantime::format_rfc3339_millis(self.at);
+        let name = format!("backup-{model}-at-{}-{time}.toml", self.position);
         // Windows allows no colons.
         PathBuf::from(name.replace(':', ""))
     }
@@ -130,7 +132,7 @@ mod tests {
         }
         assert_eq!(
             ORIGIN.file_name(Model::Ce65M).to_str(),
-            Some("backup-ce-65-m-at-2-1970-01-01T000000Z.toml")
+            Some("backup-ce-65-m-at-2-1970-01-01T000000.000Z.toml")
         );
     }
 
