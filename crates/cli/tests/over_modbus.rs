@@ -115,8 +115,9 @@ fn beside_a_plc(server: String, from: u64) -> (String, Arc<AtomicU64>) {
             thread::spawn(move || {
                 pass_on(client, &mut server, || {
                     if counter.fetch_add(1, Ordering::SeqCst) >= from {
-                        // Function 16, registers 0 and 1: 00000001h.
-                        plc.write_all(&[0, 1, 0, 0, 0, 11, 1, 16, 0, 0, 0, 2, 4, 0, 0, 0, 1]).unwrap();
+                        // Function 16, registers 0 and 1: 00001234h. With its bytes exchanged no word of ours may be it:
+                        // that would be one which the gateway has spoilt.
+                        plc.write_all(&[0, 1, 0, 0, 0, 11, 1, 16, 0, 0, 0, 2, 4, 0, 0, 0x12, 0x34]).unwrap();
                         assert_eq!(frame(&mut plc).unwrap()[7], 16);
                     }
                     true
@@ -261,7 +262,7 @@ fn a_plc_that_writes_out_beside_replace_is_said_before_and_noticed() {
         user.bus = of(&beside_a_plc(sim.address.clone(), from).0);
         let told = user.run(replace, 1);
         assert!(told.contains("the PLC must not write it meanwhile"), "{told}");
-        assert!(told.contains("OUT holds 00000001 instead of"), "{from} of {whole}: {told}");
+        assert!(told.contains("OUT holds 00001234 instead of"), "{from} of {whole}: {told}");
         assert!(told.contains("another master writes it"), "{from} of {whole}: {told}");
         // When the PLC is quiet the same command goes on from there.
         user.bus = of(&sim.address);
