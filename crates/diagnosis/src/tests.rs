@@ -28,6 +28,16 @@ fn one_wrong_bit_is_found_in_every_row_and_beyond_a_window() {
 }
 
 #[test]
+fn each_position_is_counted_once_however_many_windows_look_at_it() {
+    for rows in [100, 8_191, 8_192, 8_193, 15_361, 50_000] {
+        let words = (0..rows).map(|k| if k % 10 == 9 { 0x8200_270F } else { 5_000 });
+        let judged = concluded(words).judged;
+        let counted = format!("position 0: {rows} rows, {} of them positions,", rows - rows / 10);
+        assert!(judged[0].starts_with(&counted), "{judged:?}");
+    }
+}
+
+#[test]
 fn a_reply_is_told_by_its_bit_31() {
     let words = (0..100).map(|k| if (50..53).contains(&k) { 0x8200_270F } else { 500 });
     assert_eq!(causes(words), [(52, JumpCause::ReplyAsPosition)]);

@@ -156,7 +156,7 @@ impl Window {
         let range = self.from..until;
         let stretches = ways::stretches(&self.rows, self.axis.circle, self.usual, self.way);
         self.tell_ways(&stretches, &range);
-        let mut points = self.points(&stretches);
+        let mut points = self.points(&stretches, &range);
         self.way = way_of(&stretches, self.usual, until.saturating_sub(1));
         let period = noise::period(&points);
         self.tally.period_ns = period;
@@ -197,7 +197,7 @@ impl Window {
         self.from = until - kept;
     }
 
-    fn points(&mut self, stretches: &[Stretch]) -> Vec<Point> {
+    fn points(&mut self, stretches: &[Stretch], range: &Range<usize>) -> Vec<Point> {
         let mut points = Vec::with_capacity(self.rows.len());
         let mut stretches = stretches.iter().peekable();
         for (index, row) in self.rows.iter().enumerate() {
@@ -214,7 +214,8 @@ impl Window {
                 }
             }
         }
-        self.tally.positions += points.iter().filter(|point| point.row >= self.from).count() as u64;
+        // Those behind the range come again with the next one.
+        self.tally.positions += points.iter().filter(|point| range.contains(&point.row)).count() as u64;
         self.most = points.iter().map(|point| point.value).fold(self.most, i64::max);
         points
     }
