@@ -85,19 +85,18 @@ impl Refereeing {
         Some(Self { referees, mode })
     }
 
-    /// Takes what the master saw of a cycle, and gives what was found first.
-    pub(crate) fn cycled(&mut self, seen: &BusSeen) -> impl Iterator<Item = FindingView> {
+    /// Takes what the master saw of a cycle.
+    pub(crate) fn cycled(&mut self, seen: &BusSeen) {
         seen.rows().for_each(|row| self.referees.observe(row.position, observed(&row)));
-        self.news()
     }
 
-    /// Nothing more comes; gives what was found only now.
-    pub(crate) fn finish(&mut self) -> impl Iterator<Item = FindingView> {
+    /// Nothing more comes.
+    pub(crate) fn finish(&mut self) {
         self.referees.finish();
-        self.news()
     }
 
-    fn news(&mut self) -> impl Iterator<Item = FindingView> {
+    /// What was found first, or has become certain, since the last call.
+    pub(crate) fn news(&mut self) -> impl Iterator<Item = FindingView> {
         let vantage = self.referees.vantage();
         self.referees
             .take_news()

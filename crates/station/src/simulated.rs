@@ -3,17 +3,24 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration as Real, Instant as Clock};
 
+use encoring_bus::image::ClientWrite;
 use encoring_bus::{Bus, BusError, Cycle, Insight, Settling};
 use encoring_ring::Verdict;
 use encoring_ring::diagnostics::Diagnosis;
 use encoring_sim::World;
-use encoring_words::{Duration, InWord, Instant, OutWord};
+use encoring_sim::world::Cycled;
+use encoring_words::{Duration, InWord, Instant, OutWord, Written};
 
+use crate::bus_seen::BusSeen;
 use crate::pace::Speed;
+use crate::refereeing::{RefereeMode, RefereeView, Refereeing};
 use crate::view::LampsView;
 
 /// The longest sleep, so that whoever waits can be interrupted.
 const SLICE: Real = Real::from_millis(20);
+
+/// The only client of such a ring.
+const MASTER: u32 = 1;
 
 /// A handle on the world behind a simulated bus: it shows what no bus can. Clones lead to the same world.
 #[derive(Clone, Debug)]
@@ -65,14 +72,52 @@ struct Ring {
     input: Vec<InWord>,
     /// End of the last cycle that was good throughout.
     last_good: Instant,
+    onlooker: Option<Onlooker>,
+}
+
+/// Who looks on while a master works.
+#[derive(Debug)]
+struct Onlooker {
+    refereeing: Refereeing,
+    seen: BusSeen,
+}
+
+impl Onlooker {
+    /// Takes a cycle that went out with `out` and left `input`.
+    fn cycled(&mut self, began: Instant, cycled: &Cycled, out: &[OutWord], input: &[InWord]) {
+        let Self { refereeing, seen } = self;
+        seen.out.clear();
+        seen.out.extend_from_slice(out);
+        seen.input.clear();
+        seen.input.extend_from_slice(input);
+        seen.went(began, cycled.at, Some(cycled.verdict));
+        refereeing.cycled(seen);
+        seen.writes.clear();
+    }
 }
 
 impl Ring {
     fn run_one(&mut self, world: &mut World) {
+        let began = world.now();
         let cycled = world.cycle(&self.out, &mut self.input);
         if cycled.verdict == Verdict::Good {
             self.last_good = cycled.at;
         }
+        if let Some(onlooker) = &mut self.onlooker {
+            onlooker.cycled(began, &cycled, &self.out, &self.input);
+        }
+    }
+
+    fn write(&mut self, position: usize, out: OutWord) -> Result<(), BusError> {
+        let position = self.place(position)?;
+        if let Some(word) = self.out.get_mut(position) {
+            *word = out;
+        }
+        if let Some(onlooker) = &mut self.onlooker {
+            let write = ClientWrite { client: MASTER, position, written: Written::Both(out) };
+            onlooker.seen.writes.push(write);
+        }
+        Ok(())
     }
 
     fn run_until(&mut self, world: &mut World, until: Instant) {
@@ -93,7 +138,7 @@ impl Simulated {
     pub fn new(mut world: World, speed: Speed) -> Self {
         let encoders = world.places().len();
         let (out, input) = (vec![OutWord(0); encoders], vec![InWord(0); encoders]);
-        let mut ring = Ring { out, input, last_good: world.now() };
+        let mut ring = Ring { out, input, last_good: world.now(), onlooker: None };
         // A device shows its position from the second cycle on.
         ring.run_one(&mut world);
         ring.run_one(&mut world);
@@ -104,6 +149,19 @@ impl Simulated {
     #[must_use]
     pub const fn world(&self) -> &SharedWorld {
         &self.world
+    }
+
+    /// From the next cycle on a referee looks at what the master does, as in `sim --referee on`.
+    pub fn look_on(&mut self) {
+        let refereeing = Refereeing::new(&self.world.lock(), RefereeMode::On);
+        self.ring.onlooker = refereeing.map(|refereeing| Onlooker { refereeing, seen: BusSeen::default() });
+    }
+
+    /// What the referee says at the end, and nobody looks on any more; `None` if nobody did.
+    pub fn judged(&mut self) -> Option<RefereeView> {
+        let mut onlooker = self.ring.onlooker.take()?;
+        onlooker.refereeing.finish();
+        Some(onlooker.refereeing.view())
     }
 
     /// The time on the ring at which real time has arrived; `None` at [`Speed::Max`].
@@ -140,10 +198,7 @@ impl Bus for Simulated {
             self.ring.place(first.saturating_add(last))?;
         }
         if let Some((position, out)) = write {
-            let position = self.ring.place(position)?;
-            if let Some(word) = self.ring.out.get_mut(position) {
-                *word = out;
-            }
+            self.ring.write(position, out)?;
         }
         let due = self.due();
         let world = &mut *self.world.lock();

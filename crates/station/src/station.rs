@@ -357,8 +357,10 @@ impl Running {
             self.events.push(began, Happened::WritesLost { writes: self.bus.lost });
         }
         if let Some(refereeing) = &mut self.refereeing {
-            let news = refereeing.cycled(&self.bus);
-            news.for_each(|finding| self.events.push(cycled.at, Happened::Finding(Box::new(finding))));
+            refereeing.cycled(&self.bus);
+            refereeing
+                .news()
+                .for_each(|finding| self.events.push(cycled.at, Happened::Finding(Box::new(finding))));
         }
         self.counters.cycles += 1;
         self.counters.faulty_cycles += u64::from(cycled.verdict != Verdict::Good);
@@ -424,9 +426,8 @@ impl Running {
     fn finish(mut self) -> Finished {
         if let Some(refereeing) = &mut self.refereeing {
             let now = self.world.now();
-            refereeing
-                .finish()
-                .for_each(|finding| self.events.push(now, Happened::Finding(Box::new(finding))));
+            refereeing.finish();
+            refereeing.news().for_each(|finding| self.events.push(now, Happened::Finding(Box::new(finding))));
         }
         let memories = self.world.places().iter().map(|place| place.node().memory_at_power_off()).collect();
         let (view, events) = (self.view(), self.events.all());

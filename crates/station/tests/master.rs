@@ -2,10 +2,13 @@
 //! what is in the encoder.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "tests")]
 
+mod common;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use common::{assert_blameless, judged};
 use encoring_bus::{Bus, EncoderMaster, MasterError};
 use encoring_encoder::records::{Record, write_count};
 use encoring_host::Services;
@@ -29,9 +32,12 @@ const A_SHORT_TIME: Duration = Duration::from_millis(100);
 /// Long enough for the slowest services here.
 const A_LONG_TIME: Duration = Duration::from_millis(4_100);
 
+/// A ring, and a referee who looks on.
 fn bus(text: &str) -> Simulated {
     let scenario = Scenario::parse("test", text, Path::new("")).unwrap();
-    Simulated::new(World::new(&scenario).unwrap(), Speed::Max)
+    let mut bus = Simulated::new(World::new(&scenario).unwrap(), Speed::Max);
+    bus.look_on();
+    bus
 }
 
 /// One of each model, standing, with what else the file is to hold.
@@ -144,7 +150,11 @@ fn programmed(text: &str, position: usize) -> (Simulated, Report<MasterError>) {
         // A dip that came after the programming.
         bus.wait(A_LONG_TIME);
     }
-    if let Err(problem) = told(&bus, position, &before, &report) {
+    let kept = judged(&mut bus).map(|judged| {
+        let found = &judged.findings;
+        assert!(text != three("") || judged.services > 0 && found.is_empty(), "without faults: {judged:#?}");
+    });
+    if let Err(problem) = told(&bus, position, &before, &report).and(kept) {
         panic!("{problem}\n{report:#?}\n{text}");
     }
     (bus, report)
@@ -190,6 +200,7 @@ fn what_is_already_there_is_not_written_again() {
     let report = program(2).run(&mut master(&mut bus, 2));
     assert_eq!(report.result, Ok(()));
     assert_eq!(writes(&bus), before);
+    assert_blameless(&mut bus);
 }
 
 #[test]
@@ -213,6 +224,7 @@ fn more_steps_than_the_rating_plate_has_are_refused_by_the_encoder_and_taken_bac
     let refused = Check { status: ErrorStatus::LENGTH_TOO_LARGE, remains: true };
     assert_eq!((&report.result, report.back), (&Err(Stopped::NotAccepted(refused)), Back::Restored));
     told(&bus, 2, &before, &report).unwrap();
+    judged(&mut bus).unwrap();
 }
 
 #[test]
@@ -224,8 +236,13 @@ fn an_error_of_before_is_told_and_does_not_hinder() {
     bus.wait(Duration::from_millis(50));
     at_2(&mut bus, 0);
     bus.wait(Duration::from_millis(50));
+    // What was done up to here was not our master.
+    bus.look_on();
     let report = program(2).run(&mut master(&mut bus, 2));
     assert_eq!((report.result, report.earlier), (Ok(()), ErrorStatus::UNKNOWN_COMMAND));
+    // It reads before it asks for the error: a data check would make values count that were not accepted.
+    let found = judged(&mut bus).unwrap().findings;
+    assert_eq!(found.iter().map(|found| found.rule).collect::<Vec<_>>(), ["error_ignored"]);
 }
 
 #[test]
@@ -243,6 +260,8 @@ fn a_late_acknowledgement_of_a_real_encoder_never_answers_the_next_request() {
         let next = read(&mut master, Model::Ce65M, Parameter::MeasuringLength);
         assert!(matches!(next, Err(Failure::TimedOut { .. })), "{next:?}");
     }
+    drop(master);
+    judged(&mut bus).unwrap();
 }
 
 #[test]
@@ -330,6 +349,7 @@ fn memory_faults_at_every_moment_leave_no_doubt() {
                 let report = program(position).run(&mut master(&mut bus, position));
                 bus.wait(A_SHORT_TIME);
                 told(&bus, position, &before, &report).unwrap();
+                judged(&mut bus).unwrap();
                 if let Err(Stopped::Service(Failure::Refused(refusal))) = report.result
                     && position > 0
                 {
@@ -358,6 +378,7 @@ fn a_sound_memory_again_lets_a_refused_write_pass_at_the_second_try() {
     assert!(refusal.repeated && refusal.check.unwrap().status.contains(ErrorStatus::WRITING_DATA));
     bus.world().with(|world| world.change(2, &[Change::MemoryRepair]));
     assert_eq!(program.run(&mut master(&mut bus, 2)).result, Ok(()));
+    judged(&mut bus).unwrap();
 }
 
 #[test]
@@ -379,6 +400,10 @@ fn interrupted_at_every_poll_the_old_values_are_back() {
         assert_ne!(report.back, Back::Failed, "poll {at}: {report:?}");
         bus.wait(A_SHORT_TIME);
         told(&bus, 2, &before, &report).unwrap();
+        // Whoever is interrupted takes the bit back at once.
+        if report.result.is_ok() {
+            assert_blameless(&mut bus);
+        }
         assert!(!bus.out(2).unwrap().service_bit());
         assert_eq!(report.result.is_err(), at < polls, "{at}");
     }
@@ -425,6 +450,31 @@ fn another_masters_service_bit_keeps_this_one_away() {
     assert_eq!(refused, Err(Failure::Bus(other)));
 }
 
+// [R33], [R38]
+#[test]
+fn a_master_that_breaks_a_rule_is_told_by_who_looks_on() {
+    let mut bus = bus(&three(""));
+    bus.wait(Duration::from_millis(10));
+    // The number comes with the service bit, and the bit falls before the encoder has looked at it.
+    for out in [0x8200_0000, 0] {
+        bus.cycle(Some((2, OutWord(out))), 2, &mut [InWord(0)]).unwrap();
+    }
+    let told = bus.judged().unwrap();
+    let rules: Vec<_> =
+        told.findings.iter().map(|found| (found.rule, found.verdict, found.position)).collect();
+    assert_eq!(
+        rules,
+        [("data_with_service_bit", "broken", 2), ("dropped_before_acknowledgement", "broken", 2)]
+    );
+    assert_eq!(bus.judged(), None, "nobody looks on any more");
+    bus.look_on();
+    bus.wait(Duration::from_millis(10));
+    for out in [0x0200_0000, 0x8200_0000, 0] {
+        bus.cycle(Some((2, OutWord(out))), 2, &mut [InWord(0)]).unwrap();
+    }
+    judged(&mut bus).unwrap_err();
+}
+
 #[test]
 fn an_encoder_past_the_end_of_the_ring_is_named() {
     let mut bus = bus(&three(""));
@@ -449,6 +499,8 @@ fn preset(text: &str, position: usize, value: u32) -> (Simulated, Option<PresetR
     drop(master);
     mend(&bus, position);
     bus.wait(A_SHORT_TIME);
+    let judged = judged(&mut bus).unwrap();
+    assert!(text != three("") || judged.findings.is_empty(), "without faults: {judged:#?}");
     (bus, report)
 }
 
@@ -471,6 +523,7 @@ fn a_preset_lands_on_the_value() {
     let preset = Preset::prepare(&mut master(&mut bus, 2), Model::Ce65M, 1_234).unwrap();
     let report = preset.adjust(&mut master(&mut bus, 2));
     assert_eq!((report.result, report.after), (Ok(Done::Confirmed), Some(1_234)), "in Gray code");
+    assert_blameless(&mut bus);
 }
 
 /// How often the offset was stored since the encoder was new.
@@ -513,6 +566,7 @@ fn a_preset_adjustment_that_is_refused_is_not_done_and_checks_nothing() {
     assert_eq!((refusal.check, refusal.repeated), (None, false));
     assert_eq!((report.before, report.after), (Some(5_000), Some(5_000)));
     assert!(report.shown.unwrap().error_bit());
+    judged(&mut bus).unwrap();
 }
 
 #[test]
@@ -556,6 +610,7 @@ fn reading_and_preparing_make_nothing_count_that_was_not_checked() {
         drop(master);
         let (_, active) = truth(&bus, 2).unwrap();
         assert_eq!(active.value(Parameter::Numerator), 4_096);
+        judged(&mut bus).unwrap();
     }
 }
 

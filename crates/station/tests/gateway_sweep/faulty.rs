@@ -209,6 +209,10 @@ impl Faulty {
         let ring = Simulated::new(World::new(&scenario).unwrap(), Speed::Max);
         Self { ring, requests: 0, faults: Vec::new(), met: 0, dead: false, delayed: Vec::new() }
     }
+
+    pub(crate) const fn ring(&mut self) -> &mut Simulated {
+        &mut self.ring
+    }
 }
 
 impl Ringed for Faulty {

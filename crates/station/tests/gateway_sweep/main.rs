@@ -2,9 +2,12 @@
 //! itself: no success, no claim and no service bit that is not so.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "tests")]
 
+#[path = "../common/mod.rs"]
+mod common;
 mod faulty;
 mod judge;
 
+use common::{assert_blameless, judged};
 use faulty::{Faulty, WAYS, Way};
 use judge::{Command, End, Ended, run};
 use rand::{RngExt, SeedableRng};
@@ -45,11 +48,28 @@ fn repeats_everything(command: Command) -> bool {
     matches!(command, Command::Read | Command::Check | Command::Write | Command::Program)
 }
 
+/// A run without faults, at which a referee looks on; gives its requests.
+fn good(command: Command, start: u32) -> u32 {
+    let mut gateway = Faulty::new(start);
+    gateway.ring().look_on();
+    let requests = run(&mut gateway, command, &vec![]).requests;
+    match command {
+        Command::Read | Command::Check | Command::Write | Command::Program => {
+            assert_blameless(gateway.ring());
+        }
+        // The axis turns.
+        Command::Preset => drop(judged(gateway.ring()).unwrap()),
+        // A service bit that stands is what they are for.
+        Command::Release | Command::NeedlessRelease => {}
+    }
+    requests
+}
+
 /// Every request in every way, one fault a run.
 fn one_fault(command: Command, starts: &[u32], every: usize) {
     let mut figures = Figures::default();
     for start in starts {
-        let requests = run(&mut Faulty::new(*start), command, &vec![]).requests;
+        let requests = good(command, *start);
         let faults = WAYS.into_iter().flat_map(|way| (1..=requests).map(move |at| (at, way)));
         for (at, way) in faults.step_by(every) {
             let ended = run(&mut Faulty::new(*start), command, &vec![(at, way)]);
@@ -70,7 +90,7 @@ fn one_fault(command: Command, starts: &[u32], every: usize) {
 /// Any two faults, many of them close together.
 fn two_faults(command: Command, runs: u32) {
     let mut figures = Figures::default();
-    let requests = STARTS.map(|start| run(&mut Faulty::new(start), command, &vec![]).requests);
+    let requests = STARTS.map(|start| good(command, start));
     for seed in 0..runs {
         let mut random = Pcg32::seed_from_u64(seed.into());
         let place = random.random_range(0..STARTS.len());
