@@ -128,8 +128,9 @@ impl fmt::Display for ReportView {
         } else if self.events.is_empty() {
             text += "no step change\n";
         }
-        for event in &self.events {
-            text += &event.to_string();
+        // As the picture and the page number them.
+        for (number, event) in (1..).zip(&self.events) {
+            text += &format!("{number}. {event}");
         }
         if self.events.iter().any(|event| event.is_of_the_manual) {
             text += "what may be mechanical or electrical has these causes and remedies in the manual:\n";

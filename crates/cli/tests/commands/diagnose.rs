@@ -67,6 +67,24 @@ fn a_preset_is_no_fault_and_a_jump_of_which_nothing_tells_is_exit_code_3() {
     assert_eq!((code, report["events"][0]["cause"].as_str()), (Some(3), Some("unclear")), "{report}");
 }
 
+#[test]
+fn events_have_the_same_numbers_in_text_picture_and_page_over_all_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let [first, second, plot, page] = ["a.csv", "b.csv", "jumps.svg", "jumps.html"].map(file);
+    let words = |k: u32| if k == 50 || k == 150 { (1_000 + 10 * k) ^ 1 << 20 } else { 1_000 + 10 * k };
+    std::fs::write(&first, log((0..200).map(words))).unwrap();
+    std::fs::write(&second, turning(100, |word| word ^ 1 << 20)).unwrap();
+    let Run { out, .. } = encoring(&["diagnose", &first, &second, "--plot", &plot, "--report", &page], b"");
+    let text = out.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (picture, page) = (std::fs::read_to_string(plot).unwrap(), std::fs::read_to_string(page).unwrap());
+    for (number, file, line) in [(1, &first, 52), (2, &first, 152), (3, &second, 102)] {
+        assert!(text.contains(&format!("{number}. {file} line {line}, ")), "{number}: {out}");
+        assert!(picture.contains(&format!(">{number}</text>")), "{number}");
+        assert!(page.contains(&format!("<tr><td>{number}<td>line {line}, ")), "{number}");
+    }
+}
+
 // [R150, R151, R152, R153]
 #[test]
 fn a_jump_that_may_be_mechanical_or_electrical_has_the_causes_and_remedies_of_the_manual() {
