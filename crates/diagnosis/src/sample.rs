@@ -38,10 +38,11 @@ impl Sample {
     #[must_use]
     pub fn of_row(row: &Row) -> Option<Self> {
         let reading = match (row.input, row.value) {
-            (Some(Input::Word(word)), _) => Sighting::Word(word),
-            (Some(Input::Off), _) => Sighting::Nothing,
-            (None, Some(steps)) => Sighting::Steps(steps),
             (None, None) => return None,
+            _ if is_lost(row.cycle) => Sighting::Nothing,
+            (Some(Input::Off), _) => Sighting::Nothing,
+            (Some(Input::Word(word)), _) => Sighting::Word(word),
+            (None, Some(steps)) => Sighting::Steps(steps),
         };
         let position = row.position.unwrap_or_default();
         Some(Self { line: row.line, time_ns: row.time_ns, position, out: row.out, reading })
@@ -51,10 +52,15 @@ impl Sample {
     #[must_use]
     pub fn of_bus(row: &BusRow) -> Option<Self> {
         let BusEvent::Cycle { out, input, line } = row.event else { return None };
-        let reading = match (input, line) {
-            (_, Some(CycleSeen::Bad | CycleSeen::Silent)) | (None | Some(Input::Off), _) => Sighting::Nothing,
-            (Some(Input::Word(word)), _) => Sighting::Word(word),
+        let reading = match input {
+            Some(Input::Word(word)) if !is_lost(line) => Sighting::Word(word),
+            _ => Sighting::Nothing,
         };
         Some(Self { line: row.line, time_ns: row.time_ns, position: row.position, out: Some(out), reading })
     }
+}
+
+/// Whether nothing that came in this cycle is to be believed.
+const fn is_lost(cycle: Option<CycleSeen>) -> bool {
+    matches!(cycle, Some(CycleSeen::Bad | CycleSeen::Silent))
 }

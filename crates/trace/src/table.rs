@@ -21,7 +21,7 @@ use self::look::{again, look};
 use self::names::{Half, Meaning, Recognised, Word, recognise};
 use self::source::{ROW_LIMIT, Rows};
 use self::time::{Commas, Scale, Unit};
-use crate::columns::{Column, Doubt, Input, ROW_NS, Row, Style};
+use crate::columns::{Column, CycleSeen, Doubt, Input, ROW_NS, Row, Style};
 use crate::decimal::Decimal;
 use crate::error::{Error, Problem, excerpt};
 use crate::lines::Lines;
@@ -49,6 +49,8 @@ pub(crate) struct Table<R> {
     time: Option<(usize, Scale)>,
     columns: Vec<(usize, Column)>,
     halves: Vec<(usize, Word, Half)>,
+    /// The column that says what is wrong with a row.
+    faults: Option<usize>,
     period_ns: u64,
     /// Where the times begin, less the days that have passed since.
     origin_ns: i128,
@@ -108,6 +110,7 @@ impl<R: Read> Table<R> {
             time,
             columns: head.columns.iter().filter_map(own).collect(),
             halves: head.columns.iter().filter_map(half).collect(),
+            faults: head.names.iter().position(|name| layout.faults.as_ref() == Some(name)),
             head,
             period_ns: layout.period_ns.unwrap_or(ROW_NS),
             origin_ns: 0,
@@ -191,6 +194,10 @@ impl<R: Read> Table<R> {
         }
         if !self.halves.is_empty() {
             self.put_together(row)?;
+        }
+        let fault = self.faults.and_then(|index| self.record.get(index)).unwrap_or_default();
+        if !fault.trim_ascii().is_empty() {
+            row.cycle = Some(CycleSeen::Bad);
         }
         self.previous_ns = Some(row.time_ns);
         Ok(())

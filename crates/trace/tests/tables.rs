@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "tests")]
 
-use encoring_trace::{Error, Input, Reader, Row, TableLayout};
+use encoring_trace::{CycleSeen, Error, Input, Reader, Row, TableLayout};
 use encoring_words::number::Bare;
 
 /// Every table of the folder, what `--columns` says, and further options.
@@ -47,6 +47,7 @@ fn layout(columns: &str, further: &str) -> TableLayout {
         columns: (!columns.is_empty()).then(|| columns.parse().unwrap()),
         period_ns: (further == "period").then_some(1_000_000),
         bare: if further == "decimal" { Bare::Decimal } else { Bare::Hexadecimal },
+        faults: None,
     }
 }
 
@@ -276,4 +277,12 @@ fn a_head_is_found_behind_many_lines_and_each_is_looked_at_once() {
     let long = format!("{}\n", "IN,".repeat(300)).repeat(300);
     let refused = Reader::new("t.csv", long.as_bytes()).unwrap_err();
     assert_eq!(refused.line, 1, "{refused}");
+}
+
+#[test]
+fn a_row_beside_which_a_fault_stands_is_a_bad_cycle() {
+    let layout = TableLayout { faults: Some("fault".to_owned()), ..layout("value=position", "") };
+    let read = rows(b"position,fault\n1,\n2,parity\n3, \n", &layout).unwrap();
+    let seen: Vec<_> = read.iter().map(|row| (row.value, row.cycle)).collect();
+    assert_eq!(seen, [(Some(1), None), (Some(2), Some(CycleSeen::Bad)), (Some(3), None)]);
 }

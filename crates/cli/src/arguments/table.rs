@@ -46,6 +46,7 @@ impl TableArguments {
             columns: self.columns.clone(),
             period_ns: self.period.map(Duration::as_nanos),
             bare: self.bare(),
+            faults: None,
         };
         let reader = Reader::with(name, source, &layout).map_err(|error| bad_input(error.to_string()))?;
         if let Some(assumed) = reader.assumed() {

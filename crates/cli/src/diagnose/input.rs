@@ -122,10 +122,11 @@ fn table(
     Ok(())
 }
 
-/// What `ssi decode --format csv` prints: its column `position` is one in steps.
+/// What `ssi decode --format csv` prints: its column `position` is one in steps, and none where a fault stands beside it.
 fn ssi<R: BufRead>(name: &str, source: R) -> Result<Reader<R>, Failure> {
     let columns = Columns::from_str("time_ns=time_ns,value=position").map_err(bad_input)?;
-    let layout = TableLayout { columns: Some(columns), ..TableLayout::default() };
+    let faults = Some("fault".to_owned());
+    let layout = TableLayout { columns: Some(columns), faults, ..TableLayout::default() };
     Reader::with(name, source, &layout).map_err(bad_input)
 }
 

@@ -17,7 +17,9 @@ fn turning(at: u32, change: impl Fn(u32) -> u32) -> String {
 fn diagnosed(arguments: &[&str], log: &str) -> (Option<i32>, Value) {
     let all = [&["diagnose", "-", "--format", "json"][..], arguments].concat();
     let Run { code, out, err } = encoring(&all, log.as_bytes());
-    (code, serde_json::from_str(&out).unwrap_or_else(|_| panic!("{out}{err}")))
+    let report = serde_json::from_str(&out);
+    assert!(report.is_ok(), "{out}{err}");
+    (code, report.unwrap())
 }
 
 #[test]
@@ -105,6 +107,25 @@ fn what_an_ssi_receiver_printed_is_read_as_positions() {
     let (code, report) = diagnosed(&[], &csv);
     assert_eq!(report["events"][0]["line"].as_u64(), Some(27), "{report}");
     assert_ne!(code, Some(2));
+}
+
+#[test]
+fn a_transfer_with_a_fault_is_no_position() {
+    let rows = |fault: &str| {
+        let row = |k: u32| match k {
+            25 => format!("25000000,25,1,262144,{fault}\n"),
+            _ => format!("{},25,1,{},\n", k * 1_000_000, 100 + k),
+        };
+        "time_ns,clocks,field,position,fault\n".to_owned() + &(0..50).map(row).collect::<String>()
+    };
+    for fault in ["parity", "clock_limit", "cut"] {
+        let (code, report) = diagnosed(&[], &rows(fault));
+        let judged = report["judged"][0].as_str().unwrap();
+        assert!(judged.contains("50 rows, 49 of them positions"), "{judged}");
+        assert_eq!((code, report["events"].as_array().map(Vec::len)), (Some(0), Some(0)), "{fault}");
+    }
+    let (code, report) = diagnosed(&[], &rows(""));
+    assert_eq!((code, report["events"][0]["line"].as_u64()), (Some(3), Some(27)), "{report}");
 }
 
 #[test]

@@ -15,6 +15,9 @@ pub struct TableLayout {
     pub period_ns: Option<u64>,
     /// What words without sign and base mark are.
     pub bare: Bare,
+    /// The header of a column that says what is wrong with a row: where its cell is not empty,
+    /// [`Row::cycle`](crate::Row::cycle) is bad. `None` if there is no such column.
+    pub faults: Option<String>,
 }
 
 /// Which column of a table is which: `time_s=Time [s],in=DB10.ENC`. A name that holds `,` or `=` stands in double
