@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use encoring_host::Seen;
+use encoring_host::referee::{Finding, HandshakeRule, LineSeen, Observed, Vantage};
 use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
@@ -14,6 +15,7 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use crate::bus::{Answered, Bus, BusError, LinkEvent};
 use crate::history::{RingHistory, RingNews, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
+use crate::referees::Referees;
 
 /// How long a wait may be before the stop mark is looked at.
 const SLICE: Duration = Duration::from_millis(50);
@@ -55,7 +57,18 @@ pub struct Poll {
     pub acknowledged: Vec<usize>,
     /// What happened to the link.
     pub link: Vec<LinkEvent>,
+    /// What whoever writes OUT was found to do for the first time, by position; see [`TOLD_BY_POLLS`].
+    pub findings: Vec<(u8, Finding)>,
 }
+
+/// The rules of the handshake that polls can judge: what they are about lasts for a second and more, or is counted. For the
+/// others a program that keeps them would look the same.
+pub const TOLD_BY_POLLS: [HandshakeRule; 4] = [
+    HandshakeRule::NeverDropped,
+    HandshakeRule::ErrorIgnored,
+    HandshakeRule::MemoryWear,
+    HandshakeRule::EqualWrites,
+];
 
 /// What a poll brought of one encoder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -130,6 +143,16 @@ impl Sight {
     pub fn phase(&self) -> Option<HandshakePhase> {
         self.out.zip(self.input).map(|(out, input)| HandshakePhase::of(out, input))
     }
+
+    /// The same as a referee takes it, if OUT was seen. Of a word that may be old nothing is judged.
+    fn observed(&self) -> Option<Observed> {
+        let line = match self.verdict {
+            Judgement::RingStopped(_) => LineSeen::Silent,
+            Judgement::Stale { .. } | Judgement::NoAnswer(_) => LineSeen::Bad,
+            _ => LineSeen::Untold,
+        };
+        Some(Observed::Cycle { at: self.at, out: self.out?, input: self.input, line })
+    }
 }
 
 /// Polls of a bus, one after the other.
@@ -149,6 +172,7 @@ pub struct Watch<'a, B: ?Sized> {
     answered: bool,
     history: RingHistory,
     acknowledged: Vec<usize>,
+    referees: Referees,
     poll: Poll,
 }
 
@@ -163,6 +187,13 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             match runs.last_mut() {
                 Some((first, count)) if *first + *count == *position => *count += 1,
                 _ => runs.push((*position, 1)),
+            }
+        }
+        let mut referees = Referees::new(Vantage::Log, None);
+        for Subject { position, judge } in &subjects {
+            // A ring has at most 128.
+            if let Ok(position) = u8::try_from(*position) {
+                referees.place(position, judge.model());
             }
         }
         let began = bus.now();
@@ -180,6 +211,7 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             answered: false,
             history: RingHistory::default(),
             acknowledged: Vec::new(),
+            referees,
             poll: Poll::default(),
         }
     }
@@ -265,7 +297,20 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         while let Some(event) = self.bus.link_event() {
             self.poll.link.push(event);
         }
+        self.referee();
         self.poll.at = self.bus.now();
+    }
+
+    /// The words once more, for what they tell of whoever writes OUT.
+    fn referee(&mut self) {
+        for sight in &self.poll.sights {
+            if let (Ok(position), Some(seen)) = (u8::try_from(sight.position), sight.observed()) {
+                self.referees.observe(position, seen);
+            }
+        }
+        self.poll.findings.clear();
+        let news = self.referees.take_news();
+        self.poll.findings.extend(news.filter(|(_, finding)| TOLD_BY_POLLS.contains(&finding.rule)));
     }
 
     /// `true` if a word came.

@@ -5,8 +5,10 @@ use std::time::{Duration as Real, SystemTime};
 
 use encoring_bus::watch::Poll;
 use encoring_bus::{Link, RingNews};
+use encoring_host::referee::Vantage;
 use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
+use encoring_station::FindingView;
 use encoring_words::Instant;
 use serde::Serialize;
 
@@ -106,6 +108,12 @@ pub(crate) fn news(poll: &Poll, calendar: &Calendar, acknowledging: &Acknowledgi
     for position in &poll.acknowledged {
         let text = "the jump was acknowledged: the next position is taken as it comes".to_owned();
         news.push(News { lasting: true, ..told("acknowledged", poll.at, Some(*position), text) });
+    }
+    for (position, finding) in &poll.findings {
+        let finding = FindingView::new(*position, finding, Vantage::Log);
+        let text = finding.told();
+        let event = told("finding", poll.at, Some((*position).into()), text);
+        news.push(News { lasting: true, ..event });
     }
     for sight in &poll.sights {
         let (event, text) = match sight.stop {

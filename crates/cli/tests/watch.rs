@@ -191,6 +191,35 @@ fn behind_a_gateway_services_errors_and_the_end_of_the_link_are_seen_and_nothing
     assert!(last.lines().last().unwrap().starts_with(r#"{"event":"ended""#), "{last}");
 }
 
+// [R143]
+#[test]
+fn an_error_that_nobody_asks_about_is_told_by_a_watch_and_stands_in_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    let at = ["--bus", &address, "--at", "1", "--model", "ce-100-m", "--stale-after", "1m"];
+    let mut watch = Running::start(folder.path(), &[&["watch", "--format", "json"][..], &at].concat());
+    // The encoder has no service 0F.
+    write_out(&address, 1, 0xCF00_0000);
+    watch.until(|line| line["phase"] == "acknowledged");
+    write_out(&address, 1, 0);
+    let found = watch.until(|line| line["event"] == "finding");
+    let said = found["text"].as_str().unwrap();
+    assert!(said.starts_with("error_ignored (error, suspected), OUT 00000000: "), "{found}");
+    assert!(said.ends_with(" [R143]") && found["position"] == 1, "{found}");
+    watch.end("-INT");
+
+    let mut log = Running::start(folder.path(), &[&["log", "/dev/stdout"][..], &at].concat());
+    let line = loop {
+        let line = log.line();
+        if line.starts_with("# event finding: ") {
+            break line;
+        }
+    };
+    assert!(line.contains(" position 1: error_ignored (error, suspected), OUT "), "{line}");
+    log.end("-INT");
+    sim.end("-TERM");
+}
+
 #[test]
 fn parameters_come_from_files_behind_a_gateway() {
     let folder = tempfile::tempdir().unwrap();

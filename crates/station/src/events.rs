@@ -134,14 +134,7 @@ impl fmt::Display for RingEvent {
                 write!(f, "{writes} writes of OUT words between two cycles were too many to be kept")
             }
             Happened::Finding(finding) => {
-                write!(
-                    f,
-                    "{}, OUT {}: {} [{}]",
-                    finding.head(),
-                    finding.out,
-                    finding.advice,
-                    finding.statement
-                )
+                write!(f, "position {}: {}", finding.position, finding.told())
             }
             Happened::MemoryNotSaved { position, problem } => {
                 write!(f, "the memory of position {position} is not saved: {problem}")

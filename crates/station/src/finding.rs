@@ -80,19 +80,26 @@ impl FindingView {
         (self.severity, self.verdict) == (Severity::Error.name(), Ruling::Broken.name())
     }
 
-    /// Position, rule, and how sure and how bad it is.
-    pub(crate) fn head(&self) -> String {
-        let Self { rule, verdict, severity, position, .. } = self;
+    /// Rule, how sure and how bad it is, and what to do, in one line.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let Self { out, advice, statement, .. } = self;
+        format!("{}, OUT {out}: {advice} [{statement}]", self.named())
+    }
+
+    /// Rule, and how sure and how bad it is.
+    fn named(&self) -> String {
+        let Self { rule, verdict, severity, .. } = self;
         let how =
             if *severity == *verdict { (*severity).to_owned() } else { format!("{severity}, {verdict}") };
-        format!("position {position}: {rule} ({how})")
+        format!("{rule} ({how})")
     }
 }
 
 impl fmt::Display for FindingView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { out, statement, .. } = self;
-        write!(f, "{} ", self.head())?;
+        write!(f, "position {}: {} ", self.position, self.named())?;
         let first = Duration::from_micros(self.first_us);
         match self.count {
             1 => write!(f, "at {first}")?,

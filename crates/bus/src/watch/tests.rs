@@ -4,6 +4,7 @@ use super::*;
 use crate::bus::{Cause, Cycle, Link, Settling};
 use crate::history::RingNews;
 use crate::judge::{Blind, Ring, Tolerance};
+use encoring_host::referee::Ruling;
 use encoring_host::validity::Why;
 use encoring_words::model::Sensor;
 use encoring_words::{Duration, ErrorStatus, Model, Parameter};
@@ -25,6 +26,8 @@ struct Script {
     /// IN words of position 0, or why there is none.
     words: VecDeque<Result<u32, BusError>>,
     out: Result<OutWord, BusError>,
+    /// OUT words that are shown before that one.
+    outs: VecDeque<u32>,
     asked_out: u32,
     cycles: Vec<(usize, usize)>,
     writes: u32,
@@ -39,6 +42,7 @@ impl Script {
             now: Instant::ZERO,
             words: words.into_iter().collect(),
             out: Ok(OutWord(0)),
+            outs: VecDeque::new(),
             asked_out: 0,
             cycles: Vec::new(),
             writes: 0,
@@ -55,7 +59,7 @@ impl Bus for Script {
 
     fn out(&mut self, _position: usize) -> Result<OutWord, BusError> {
         self.asked_out += 1;
-        self.out.clone()
+        self.outs.pop_front().map_or_else(|| self.out.clone(), |out| Ok(OutWord(out)))
     }
 
     fn cycle(
@@ -456,5 +460,52 @@ fn every_verdict_has_one_word_of_its_own() {
     assert_eq!(
         Judgement::NoAnswer(BusError::NoEncoder { position: 0, encoders: 0 }).word(),
         "no_answer_no_encoder"
+    );
+}
+
+/// What is found of whoever writes OUT, by polls that see these words one after the other.
+fn found(words: &[(u32, u32)]) -> Vec<(HandshakeRule, Ruling)> {
+    let mut bus = Script::new(words.iter().map(|(_, input)| Ok(*input)));
+    bus.outs = words.iter().map(|(out, _)| *out).collect();
+    let subjects = vec![Subject { position: 0, judge: blind(Model::Ce65M) }];
+    let mut watch = Watch::new(&mut bus, subjects, EVERY, mark());
+    let mut found = Vec::new();
+    for _ in words {
+        let poll = watch.poll().unwrap();
+        assert!(poll.findings.iter().all(|(position, _)| *position == 0));
+        found.extend(poll.findings.iter().map(|(_, finding)| (finding.rule, finding.verdict)));
+    }
+    found
+}
+
+/// A service as polls see it that look at each of its steps.
+fn service(out: u32) -> [(u32, u32); 5] {
+    let rest = out & 0x7FFF_FFFF;
+    [(rest, 0x64), (out, 0x64), (out, out), (rest, out), (rest, 0x64)]
+}
+
+// [R38], [R143], [R97]
+#[test]
+fn what_stands_for_long_or_is_written_in_a_circle_is_told_of_whoever_writes_out() {
+    let dropped = service(0xC600_0005);
+    let stands = [&dropped[..3], &[dropped[2]; 101]].concat();
+    assert_eq!(found(&stands), [(HandshakeRule::NeverDropped, Ruling::Suspected)]);
+    assert_eq!(found(&stands[..90]), []);
+    let ignored = [(0, 0x64), (0, 0x2000_0064)].into_iter().chain([(0, 0x2000_0064); 12]).collect::<Vec<_>>();
+    assert_eq!(found(&ignored), [(HandshakeRule::ErrorIgnored, Ruling::Suspected)]);
+    assert_eq!(found(&ignored[..8]), []);
+    let writes =
+        |step: u32| (0..12_u32).flat_map(move |k| service(0xC200_2000 + k * step)).collect::<Vec<_>>();
+    assert_eq!(found(&writes(1)), [(HandshakeRule::MemoryWear, Ruling::Broken)]);
+    assert_eq!(found(&writes(0)), [(HandshakeRule::EqualWrites, Ruling::Note)]);
+    assert_eq!(found(&writes(1)[..40]), []);
+}
+
+#[test]
+fn what_a_right_program_could_look_like_between_two_polls_is_not_told() {
+    // The number comes with the bit, the bit falls before a reply was seen, and the data change.
+    assert_eq!(
+        found(&[(0, 0x64), (0xC600_0005, 0x64), (0xC600_0007, 0x64), (0x4600_0007, 0x64), (0, 0x64)]),
+        []
     );
 }
