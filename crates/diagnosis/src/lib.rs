@@ -32,6 +32,7 @@ mod cause;
 mod curve;
 mod detector;
 mod episode;
+mod given;
 mod motion;
 mod noise;
 mod options;

@@ -1,4 +1,6 @@
-use crate::{Conclusion, Detector, JumpCause, Options, Sample, Sighting};
+use encoring_words::{Model, Parameter, ParameterSet};
+
+use crate::{ActiveValues, Conclusion, Detector, JumpCause, Options, Sample, Sighting};
 
 /// What is concluded of words that came each millisecond.
 fn concluded(words: impl IntoIterator<Item = u32>) -> Conclusion {
@@ -35,6 +37,27 @@ fn each_position_is_counted_once_however_many_windows_look_at_it() {
         let counted = format!("position 0: {rows} rows, {} of them positions,", rows - rows / 10);
         assert!(judged[0].starts_with(&counted), "{judged:?}");
     }
+}
+
+#[test]
+fn positions_beyond_those_that_are_given_are_told_and_counted_once() {
+    let limits = |length: u32| {
+        let model = Model::Ce65M;
+        let sensor = model.sensor(None, None).unwrap();
+        let mut parameters = ParameterSet::factory(model, sensor);
+        parameters.set(Parameter::MeasuringLength, length);
+        let active = Some(ActiveValues { model, sensor, parameters });
+        let mut detector = Detector::new(Options { active, ..Options::default() });
+        for k in 0..30_000_u64 {
+            let reading = Sighting::Word((k % 20_000) as u32);
+            detector.sample(Sample { line: k + 2, time_ns: k * 1_000_000, position: 0, out: None, reading });
+        }
+        detector.finish().limits
+    };
+    let told = "position 0: 16000 positions are given, 0 to 15999, and 4000 rows have others, the first 16000 at line 16002: \
+                these are wrong, or another scaling was active";
+    assert!(limits(15_999).iter().any(|limit| limit == told), "{:?}", limits(15_999));
+    assert!(!limits(19_999).iter().any(|limit| limit.contains("given, 0 to")), "{:?}", limits(19_999));
 }
 
 #[test]

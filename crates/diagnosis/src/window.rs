@@ -12,6 +12,7 @@ use crate::beyond;
 use crate::cause::JumpCause;
 use crate::curve::{Curve, LEAST, Point, threshold};
 use crate::episode::{Conclusion, Episode};
+use crate::given::Given;
 use crate::motion::FARTHEST;
 use crate::noise;
 use crate::options::{KnownPlace, Options};
@@ -50,6 +51,7 @@ pub(crate) struct Window {
     position: u8,
     model: Option<Model>,
     axis: Axis,
+    given: Given,
     usual: ReadAs,
     /// S, N and D.
     told: Vec<i64>,
@@ -104,10 +106,12 @@ impl Window {
         let aims = of(&[Parameter::PresetValue1, Parameter::PresetValue2]);
         let is_gray = active.is_some_and(|active| active.counting_direction().code == Code::Gray);
         let usual = if is_gray { ReadAs::Gray } else { ReadAs::Plain };
+        let axis = Axis::new(options);
         Self {
             position,
+            given: Given::new(&axis),
+            axis,
             model: options.model.or(options.active.map(|active| active.model)),
-            axis: Axis::new(options),
             usual,
             told,
             aims,
@@ -164,6 +168,7 @@ impl Window {
             noise::even_times(run, period);
         }
         self.find_round(&points);
+        self.given.look(&points, &self.rows, &range);
         let tolerance = self.tolerance(&points, &range);
         self.tally.look(&points, &self.axis, tolerance, self.most);
         let mut finds = Vec::new();
@@ -584,6 +589,9 @@ impl Tally {
             limits.push(format!(
                 "position {position}: at this period no jump of up to {jump} steps can be judged"
             ));
+        }
+        if let Some(contradiction) = window.given.contradiction() {
+            limits.push(format!("position {position}: {contradiction}"));
         }
         if !self.has_moved {
             limits.push(format!(
