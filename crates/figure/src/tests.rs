@@ -38,6 +38,27 @@ fn a_timing_figure_is_as_it_was() {
 }
 
 #[test]
+fn a_level_is_at_the_end_of_a_figure_what_it_was_changed_to_last() {
+    let ends = |first, changed| {
+        let mut timing = TimingFigure::new("a level", 0, 1_000);
+        let mut lane = Lane::levels("bit", first);
+        lane.change(500, changed);
+        timing.lane(lane);
+        let svg = timing.svg();
+        let document = Document::parse(&svg).unwrap();
+        let line = document.descendants().find(|node| node.attribute("stroke-width") == Some("1.5")).unwrap();
+        let points = line.attribute("d").unwrap().to_owned();
+        let heights: Vec<_> =
+            points.rsplit('L').map(|point| point.split_once(' ').unwrap().1.to_owned()).collect();
+        (heights[0].clone(), heights[1].clone(), heights.last().unwrap().clone())
+    };
+    for (first, changed) in [(LaneLevel::Low, LaneLevel::High), (LaneLevel::High, LaneLevel::Low)] {
+        let (end, before, begin) = ends(first, changed);
+        assert!(end == before && end != begin, "{end} after {before}, from {begin}");
+    }
+}
+
+#[test]
 fn a_plot_is_as_it_was() {
     let mut plot = Plot::new("a jump", 0, 1_000_000);
     plot.series("position");

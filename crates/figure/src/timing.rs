@@ -172,7 +172,8 @@ fn draw_levels(svg: &mut Svg, axis: &Axis, base: Tenths, first: LaneLevel, chang
     let mut begun = axis.x(axis.from);
     let mut points = vec![(begun, height(shown))];
     let inside = changes.iter().filter(|(at, _)| *at > axis.from && *at <= axis.to);
-    for (at, next) in inside.copied().chain([(axis.to, shown)]).map(|(at, next)| (axis.x(at), next)) {
+    let last = inside.clone().next_back().map_or(shown, |(_, shown)| *shown);
+    for (at, next) in inside.copied().chain([(axis.to, last)]).map(|(at, next)| (axis.x(at), next)) {
         points.push((at, height(shown)));
         if shown == LaneLevel::Unknown || next == LaneLevel::Unknown {
             if shown == LaneLevel::Unknown {

@@ -85,7 +85,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                 write(900, 0xC600_0005),
                 replaced(write(900, 0xC600_0005), 2, &long),
                 2,
-                "10 s after this nothing but the reply is shown still",
+                "10 s after its reply the bit still stands, and there is no position",
             )
         }
         HandshakeRule::NextBeforeEnd => {
@@ -179,7 +179,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             (
                 [write(40, 0xC200_2000), write(40, 0x8800_0000)].concat(),
                 [writes, write(40, 0x8800_0000)].concat(),
-                5 * 9,
+                5 * 9 + 1,
                 "the same parameter for the tenth time in a row",
             )
         }
@@ -188,7 +188,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             (
                 service(40, 0x8200_0000, 0x8200_270F),
                 reads,
-                5 * 9,
+                5 * 9 + 1,
                 "the same value is read for the tenth time in a row",
             )
         }
@@ -196,14 +196,13 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
             (preset(), [preset(), preset()].concat(), 6, "the same preset adjustment once more")
         }
         HandshakeRule::PresetWhileMoving => {
-            let moving = (0..8).map(|k| step(20, 0, POSITION + 10 * k)).collect();
-            let still = vec![step(160, 0, POSITION)];
-            (
-                [still, write(20, 0xC600_0005)].concat(),
-                [moving, write(20, 0xC600_0005)].concat(),
-                9,
-                "the position has just changed",
-            )
+            let moved = |k: u32, step: Step| Step { input: POSITION + 10 * k, ..step };
+            let moving = (0..5).map(|k| moved(k, step(20, 0, POSITION)));
+            let preset = write(20, 0xC600_0005);
+            let begun = (5..).zip(&preset[..2]).map(|(k, step)| moved(k, *step));
+            let moving = moving.chain(begun).chain(preset[2..].iter().copied()).collect::<Vec<_>>();
+            let still = vec![step(100, 0, POSITION)];
+            ([still, write(20, 0xC600_0005)].concat(), moving, 6, "the axis still moves")
         }
         HandshakeRule::StaleServiceBit => {
             let silent = |out| Step { line: LineSeen::Silent, ..step(40, out, POSITION) };
