@@ -22,10 +22,16 @@ fn step(ms: u64, out: u32, input: u32) -> Step {
 
 /// A service with its five steps, each so long; an error bit in the reply stands behind it too.
 fn service(ms: u64, word: u32, reply: u32) -> Vec<Step> {
-    let (rest, after) = (word & 0x7FFF_FFFF, POSITION | reply & 0x2000_0000);
+    service_at(POSITION, ms, word, reply)
+}
+
+/// The same at a position; a preset adjustment makes another one of it.
+fn service_at(position: u32, ms: u64, word: u32, reply: u32) -> Vec<Step> {
+    let becomes = if reply >> 24 == 0xC6 { reply & 0x00FF_FFFF } else { position };
+    let (rest, after) = (word & 0x7FFF_FFFF, becomes | reply & 0x2000_0000);
     vec![
-        step(ms, rest, POSITION),
-        step(ms, word, POSITION),
+        step(ms, rest, position),
+        step(ms, word, position),
         step(ms, word, reply),
         step(ms, rest, reply),
         step(ms, rest, after),
@@ -192,9 +198,12 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                 "the same value is read for the tenth time in a row",
             )
         }
-        HandshakeRule::PresetRepeated => {
-            (preset(), [preset(), preset()].concat(), 6, "the same preset adjustment once more")
-        }
+        HandshakeRule::PresetRepeated => (
+            preset(),
+            [preset(), service_at(5, 4, 0xC600_0005, 0xC600_0005)].concat(),
+            6,
+            "the same preset adjustment once more",
+        ),
         HandshakeRule::PresetWhileMoving => {
             let moved = |k: u32, step: Step| Step { input: POSITION + 10 * k, ..step };
             let moving = (0..5).map(|k| moved(k, step(20, 0, POSITION)));
