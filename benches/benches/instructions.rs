@@ -81,7 +81,7 @@ fn referee() -> Referee {
 #[library_benchmark(config = limit(165_977))]
 #[bench::ce_65_m(setup = referee)]
 fn referee_idle(referee: Referee) -> u64 {
-    refereed(referee, |cycle| (0, cycle as u32 * 37 & 0xFF_FFFF))
+    refereed(referee, |cycle| (0, (cycle as u32 * 37) & 0xFF_FFFF))
 }
 
 // 125 reads of eight cycles each: number first, the bit, the reply, the fall and the end.
