@@ -4,7 +4,7 @@
 //! page is made of lies in the program, and nothing comes from another place. The server sends codes and numbers;
 //! their texts, in two languages, are the page's.
 //!
-//! One snapshot of the ring serves all who look at the same time ([`frames`]). Whoever does not read what is sent gets
+//! One snapshot of the ring serves all who look at the same time (`frames`). Whoever does not read what is sent gets
 //! the newest next, and nothing is kept for them.
 
 mod api;
