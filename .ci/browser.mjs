@@ -108,8 +108,11 @@ async function by_keyboard(browser, base) {
   await page.keyboard.press("Enter");
   await page.waitForSelector("#service");
   await tab_to(page, "#position");
+  // The view of the encoder before stands until it is drawn anew.
+  await page.evaluate(() => { document.querySelector("#service").dataset.before = "yes"; });
   await page.keyboard.type("2");
   await page.waitForURL("**/#handshake/2");
+  await page.waitForSelector("#service:not([data-before])");
   const choose = async (selector, letters) => {
     await page.evaluate(() => document.activeElement.blur());
     await tab_to(page, selector);
