@@ -4,12 +4,14 @@
 use encoring_modbus::{RegisterMap, WordOrder};
 use encoring_modbus::pdu::{PDU_MAX, respond};
 use encoring_ring::ProcessImage;
+use encoring_ring::image::SsiShown;
 use encoring_words::{InWord, OutWord};
 use libfuzzer_sys::fuzz_target;
 
 const DIAGNOSIS: usize = 900;
 const MIRROR: usize = 1000;
 const MODULES: usize = 1400;
+const SSI: usize = 2000;
 const PROCESS: usize = 8000;
 
 /// The halves of the words in the order of their registers.
@@ -31,6 +33,12 @@ fn input(image: &ProcessImage, order: WordOrder) -> Vec<u16> {
 
 fn diagnosis(image: &ProcessImage) -> Vec<u16> {
     [&[image.status(), image.parameter()], image.faults()].concat()
+}
+
+/// Field, verdict and count of what hangs on each SSI.
+fn ssi(image: &ProcessImage, order: WordOrder) -> Vec<u16> {
+    let of = |shown: &SsiShown| [registers(std::iter::once(shown.field), order), vec![shown.verdict, shown.count]].concat();
+    image.ssi().iter().flat_map(of).collect()
 }
 
 fn number(request: &[u8], at: usize) -> usize {
@@ -91,6 +99,7 @@ fn judge(request: &[u8], image: &mut ProcessImage, layout: RegisterMap, order: W
         (RegisterMap::Inline, PROCESS..) => (PROCESS, [inputs, outputs].concat()),
         (RegisterMap::Inline, MODULES..) => (MODULES, [vec![encoders as u16], vec![0x0233; encoders]].concat()),
         (RegisterMap::Plain, MIRROR..) if function != 4 => (MIRROR, inputs),
+        (RegisterMap::Plain, SSI..) => (SSI, ssi(image, order)),
         (_, DIAGNOSIS..) => (DIAGNOSIS, diagnosis(image)),
         (RegisterMap::Plain, _) if function == 4 => (0, inputs),
         (RegisterMap::Plain, _) => (0, outputs),
@@ -114,6 +123,10 @@ fuzz_target!(|bytes: &[u8]| {
     }
     for (position, word) in (1..).zip(image.out_mut()) {
         *word = OutWord(0x4030_2010_u32.wrapping_add(position));
+    }
+    for position in 0..encoders {
+        let at = position as u32;
+        image.show_ssi(position, SsiShown { field: 0x0506_0708_u32.wrapping_mul(at + 1), verdict: at as u16, count: 0x0F0F });
     }
     image.diagnose(0x10E0, 0x0301, 0xFF80..);
     // Transaction, protocol, length, unit.
