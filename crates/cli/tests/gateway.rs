@@ -51,7 +51,9 @@ impl Gateway {
         let file = folder.join("ring.toml");
         fs::write(&file, format!("version = 1\n{}{}{more}", device(0, stands), device(1, moves))).unwrap();
         let mut command = program();
-        command.args(["sim", "--format", "json", "--modbus", "0", "--control", "0"]).arg(file);
+        command
+            .args(["sim", "--format", "json", "--web", "off", "--modbus", "0", "--control", "0"])
+            .arg(file);
         let mut program = command.args(options).stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap());
         let mut first = String::new();

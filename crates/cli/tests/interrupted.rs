@@ -27,7 +27,7 @@ struct Gateway(Child, String);
 
 impl Gateway {
     fn start(fault: &str) -> Self {
-        let options = ["sim", "--modbus", "0", "--format", "json", "--gateway-fault", fault];
+        let options = ["sim", "--web", "off", "--modbus", "0", "--format", "json", "--gateway-fault", fault];
         let mut sim = Command::new(PROGRAM).args(options).stdout(Stdio::piped()).spawn().unwrap();
         let mut first = String::new();
         BufReader::new(sim.stdout.as_mut().unwrap()).read_line(&mut first).unwrap();

@@ -38,7 +38,19 @@ impl Sim {
         fs::write(&file, ring).unwrap();
         let mut command = Command::new(PROGRAM);
         command
-            .args(["sim", "--format", "json", "--referee", referee, "--modbus", "0", "--control", "0"])
+            .args([
+                "sim",
+                "--format",
+                "json",
+                "--web",
+                "off",
+                "--referee",
+                referee,
+                "--modbus",
+                "0",
+                "--control",
+                "0",
+            ])
             .arg(file);
         let mut program = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut lines = BufReader::new(program.stdout.take().unwrap());

@@ -104,7 +104,7 @@ impl Ring {
         let scenario = folder.path().join("ring.toml");
         fs::write(&scenario, format!("version = 1\n[[device]]\nposition = 0\n{device}{event}")).unwrap();
         let mut program = program()
-            .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
+            .args(["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0"])
             .arg(&scenario)
             .stdout(Stdio::piped())
             .spawn()

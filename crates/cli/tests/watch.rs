@@ -80,7 +80,8 @@ impl Running {
 
 /// A simulation behind Modbus, and its bus address.
 fn gateway(folder: &Path) -> (Running, String) {
-    let mut sim = Running::start(folder, &["sim", "--format", "json", "--modbus", "127.0.0.1:0"]);
+    let mut sim =
+        Running::start(folder, &["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0"]);
     let port = sim.json()["modbus"].as_str().unwrap().to_owned();
     (sim, format!("modbus-tcp://{port}"))
 }
@@ -451,7 +452,8 @@ fn control(address: &str, verb: &str) {
 #[test]
 fn a_stopped_ring_is_seen_over_modbus_with_device_and_segment_and_a_log_holds_its_history() {
     let folder = tempfile::tempdir().unwrap();
-    let arguments = ["sim", "--format", "json", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"];
+    let arguments =
+        ["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"];
     let mut sim = Running::start(folder.path(), &arguments);
     let listening = sim.json();
     let port = listening["modbus"].as_str().unwrap().to_owned();

@@ -360,7 +360,7 @@ fn no_number_in_any_output_is_refused_or_read_as_another() {
 #[test]
 fn what_probe_prints_is_read_as_what_it_is() {
     let mut sim = Command::new(env!("CARGO_BIN_EXE_encoring"))
-        .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
+        .args(["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0"])
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();

@@ -12,7 +12,17 @@ use crate::{PROGRAM, Sim, read_in, refused, run, service};
 fn output_that_nobody_reads_holds_up_nothing() {
     let (reader, mut filler) = std::io::pipe().unwrap();
     let mut program = Command::new(PROGRAM)
-        .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0", "--control", "127.0.0.1:0"])
+        .args([
+            "sim",
+            "--format",
+            "json",
+            "--web",
+            "off",
+            "--modbus",
+            "127.0.0.1:0",
+            "--control",
+            "127.0.0.1:0",
+        ])
         .stdout(filler.try_clone().unwrap())
         .spawn()
         .unwrap();

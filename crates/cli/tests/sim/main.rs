@@ -39,10 +39,13 @@ struct Sim {
 }
 
 impl Sim {
+    /// Without the page, unless the arguments ask for it: whoever else runs may hold its default port.
     fn start(folder: &Path, arguments: &[&str]) -> Self {
+        let no_page: &[&str] = if arguments.contains(&"--web") { &[] } else { &["--web", "off"] };
         let mut program = Command::new(PROGRAM)
             .current_dir(folder)
             .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
+            .args(no_page)
             .args(arguments)
             .stdout(Stdio::piped())
             .spawn()
