@@ -10,7 +10,7 @@ use encoring_encoder::{Encoder, ServiceTimes, Terminals, Unit};
 use encoring_host::referee::{LineSeen, Observed, Referee, Vantage};
 use encoring_sim::{Eeprom, Node};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, InWord, Instant, Model, OutWord};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord, Written};
 use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
 
@@ -59,18 +59,21 @@ fn read_services(device: (Encoder, Eeprom)) -> u32 {
     exchanges(device, Duration::from_micros(500), |call| if call % 2 == 0 { 0 } else { 0x8200_0000 })
 }
 
-/// Cycles that the referee of an encoder sees, 500 us apart, the shaft turning.
-fn refereed(mut referee: Referee, words: fn(u64) -> (u32, u32)) -> u64 {
-    for cycle in 0..CALLS {
-        let (out, input) = words(cycle);
-        referee.observe(black_box(Observed::Cycle {
-            at: Instant(cycle * 500_000),
-            out: OutWord(out),
-            input: Some(InWord(input)),
-            line: LineSeen::Good,
-        }));
+/// A cycle that the referee of an encoder sees, 500 us after the one before.
+fn cycle(number: u64, out: u32, input: u32) -> Observed {
+    Observed::Cycle {
+        at: Instant(number * 500_000),
+        out: OutWord(out),
+        input: Some(InWord(input)),
+        line: LineSeen::Good,
     }
-    black_box(referee.services())
+}
+
+fn refereed(mut referee: Referee, input: fn(u64) -> u32) -> Referee {
+    for call in 0..CALLS {
+        referee.observe(black_box(cycle(call, 0, input(call))));
+    }
+    black_box(referee)
 }
 
 fn referee() -> Referee {
@@ -78,29 +81,57 @@ fn referee() -> Referee {
 }
 
 // Beside `new_sample`, whose exchange it looks at.
-#[library_benchmark(config = limit(165_977))]
+#[library_benchmark(config = limit(112_722))]
 #[bench::ce_65_m(setup = referee)]
-fn referee_idle(referee: Referee) -> u64 {
-    refereed(referee, |cycle| (0, (cycle as u32 * 37) & 0xFF_FFFF))
+fn referee_idle(referee: Referee) -> Referee {
+    refereed(referee, |call| (call as u32 * 37) & 0xFF_FFFF)
 }
 
-// 125 reads of eight cycles each: number first, the bit, the reply, the fall and the end.
-#[library_benchmark(config = limit(181_869))]
+// The shaft stands still.
+#[library_benchmark(config = limit(78_760))]
 #[bench::ce_65_m(setup = referee)]
-fn referee_services(referee: Referee) -> u64 {
-    refereed(referee, |cycle| match cycle % 8 {
-        0 => (0, 100),
-        1 | 2 => (0x0200_0000, 100),
-        3 => (0x8200_0000, 100),
-        4 | 5 => (0x8200_0000, 0x8200_270F),
-        6 => (0x0200_0000, 0x8200_270F),
-        _ => (0x0200_0000, 100),
-    })
+fn referee_still(referee: Referee) -> Referee {
+    refereed(referee, |_| 100)
+}
+
+/// What a whole service is: three writes and eight cycles.
+fn service(first: u64) -> [Observed; 11] {
+    let (rest, request, reply) = (0x0200_0000, 0x8200_0000, 0x8200_270F);
+    let write = |number: u64, word| Observed::Write {
+        at: Instant(number * 500_000),
+        client: 1,
+        written: Written::Both(OutWord(word)),
+    };
+    [
+        write(first, rest),
+        cycle(first + 1, rest, 100),
+        cycle(first + 2, rest, 100),
+        write(first + 2, request),
+        cycle(first + 3, request, 100),
+        cycle(first + 4, request, reply),
+        cycle(first + 5, request, reply),
+        write(first + 5, rest),
+        cycle(first + 6, rest, reply),
+        cycle(first + 7, rest, 100),
+        cycle(first + 8, rest, 100),
+    ]
+}
+
+// A thousand whole services.
+#[library_benchmark(config = limit(1_710_862))]
+#[bench::ce_65_m(setup = referee)]
+fn referee_services(mut referee: Referee) -> Referee {
+    for call in 0..CALLS {
+        for seen in service(call * 8) {
+            referee.observe(black_box(seen));
+        }
+    }
+    black_box(referee)
 }
 
 library_benchmark_group!(
     name = exchange,
-    benchmarks = [new_sample, same_sample, read_services, referee_idle, referee_services]
+    benchmarks = [new_sample, same_sample, read_services, referee_idle, referee_still, referee_services]
 );
 
 main!(library_benchmark_groups = exchange);

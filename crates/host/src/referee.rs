@@ -23,7 +23,7 @@ mod tests;
 use self::cadence::Cadence;
 use self::habits::Habits;
 use self::movement::Movement;
-use self::rule::{BUS_RESET, ERROR_SEEN, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
+use self::rule::{BUS_RESET, ERROR_SEEN, SOONEST, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
 pub use self::rule::{HandshakeRule, RULES, RuleCertainty, Severity, Vantage};
 
 /// How a cycle went.
@@ -132,6 +132,9 @@ pub struct Flaws {
     pub unseen_writes: u32,
 }
 
+/// No time that is ever reached.
+const NEVER: Instant = Instant(u64::MAX);
+
 /// How OUT came to hold what it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum By {
@@ -182,7 +185,9 @@ struct ErrorSeen {
 pub struct Referee {
     vantage: Vantage,
     model: Option<Model>,
-    now: Option<Instant>,
+    now: Instant,
+    /// Nothing that stands has stood for too long before this.
+    due: Instant,
     out: Option<OutWord>,
     input: Option<InWord>,
     standing: Option<Standing>,
@@ -211,7 +216,8 @@ impl Referee {
         Self {
             vantage,
             model,
-            now: None,
+            now: Instant::ZERO,
+            due: NEVER,
             out: None,
             input: None,
             standing: None,
@@ -239,28 +245,28 @@ impl Referee {
     /// Takes what was seen.
     pub fn observe(&mut self, seen: Observed) {
         let (Observed::Cycle { at, .. } | Observed::Write { at, .. }) = seen;
-        if self.now.is_some_and(|now| at < now) {
+        if at < self.now {
             self.flaws.backwards = self.flaws.backwards.saturating_add(1);
             return;
         }
-        self.now = Some(at);
+        self.now = at;
         match seen {
             Observed::Write { client, written, .. } => self.write(at, client, written),
             Observed::Cycle { out, input, line, .. } => {
                 if self.cadence.is_gap(at) {
-                    self.flaws.gaps = self.flaws.gaps.saturating_add(1);
-                    self.forget();
+                    self.gap();
                 }
                 self.cycle(at, out, input, line);
             }
         }
-        self.time_passes(at);
+        if at >= self.due {
+            self.stands_too_long(at);
+        }
     }
 
     /// Nothing more comes: what stands at the end is judged.
     pub fn finish(&mut self) {
-        let Some(now) = self.now else { return };
-        self.stands_long(now, WITHDRAWAL);
+        self.stands_long(self.now, WITHDRAWAL);
         self.settle();
     }
 
@@ -351,7 +357,14 @@ impl Referee {
         }
     }
 
+    #[cold]
+    fn gap(&mut self) {
+        self.flaws.gaps = self.flaws.gaps.saturating_add(1);
+        self.forget();
+    }
+
     /// What is not known any more after a gap.
+    #[cold]
     fn forget(&mut self) {
         (self.out, self.input, self.standing) = (None, None, None);
         (self.error, self.status_due, self.silent_since) = (None, None, None);
@@ -360,6 +373,8 @@ impl Referee {
         self.habits.forget();
     }
 
+    // Apart, like all that happens seldom: a cycle in which nothing happens must cost little.
+    #[inline(never)]
     fn write(&mut self, at: Instant, client: u32, written: Written) {
         let (before, by) = match (written, self.out) {
             (Written::Both(word), _) => (word, By::Whole),
@@ -373,33 +388,37 @@ impl Referee {
 
     fn cycle(&mut self, at: Instant, out: OutWord, input: Option<InWord>, line: LineSeen) {
         self.line_seen |= line != LineSeen::Untold;
-        let unseen = self.vantage == Vantage::Writes && self.out.is_some_and(|known| known != out);
-        if unseen {
-            self.flaws.unseen_writes = self.flaws.unseen_writes.saturating_add(1);
-            (self.out, self.standing) = (None, None);
+        if self.out != Some(out) {
+            self.image_is(at, out);
         }
-        self.out_is(at, out, By::Cycle);
         match line {
-            LineSeen::Silent => {
-                self.silent_since.get_or_insert(at);
-                if self.is_stopped(at) {
-                    self.stop();
-                }
-                return;
-            }
+            LineSeen::Silent => return self.silent(at),
             LineSeen::Bad => return,
-            LineSeen::Good | LineSeen::Untold => {
-                let stopped = self.is_stopped(at);
-                self.silent_since = None;
-                if stopped {
-                    self.runs_again(at, out);
-                }
-            }
+            LineSeen::Good | LineSeen::Untold if self.silent_since.is_some() => self.runs_again(at, out),
+            LineSeen::Good | LineSeen::Untold => {}
         }
         match input {
             Some(input) => self.input_is(at, input),
             None if self.vantage == Vantage::Exchanges => self.forget(),
             None => {}
+        }
+    }
+
+    /// A cycle shows another OUT than before.
+    #[inline(never)]
+    fn image_is(&mut self, at: Instant, out: OutWord) {
+        if self.vantage == Vantage::Writes && self.out.is_some() {
+            self.flaws.unseen_writes = self.flaws.unseen_writes.saturating_add(1);
+            (self.out, self.standing) = (None, None);
+        }
+        self.out_is(at, out, By::Cycle);
+    }
+
+    #[cold]
+    fn silent(&mut self, at: Instant) {
+        self.silent_since.get_or_insert(at);
+        if self.is_stopped(at) {
+            self.stop();
         }
     }
 
@@ -414,7 +433,13 @@ impl Referee {
         }
     }
 
+    #[cold]
     fn runs_again(&mut self, at: Instant, out: OutWord) {
+        let stopped = self.is_stopped(at);
+        self.silent_since = None;
+        if !stopped {
+            return;
+        }
         self.stop();
         if out.service_bit() {
             self.found(HandshakeRule::StaleServiceBit, at, out);
@@ -437,18 +462,34 @@ impl Referee {
         }
     }
 
-    /// What has stood for too long.
-    fn time_passes(&mut self, at: Instant) {
-        let idle = self.standing.is_none() && self.status_due.is_none() && self.error.is_none();
-        if idle && self.habits.is_all_checked() {
-            return;
-        }
+    /// Something begins that may stand for too long; all that can begin may stand for this long at least.
+    fn begins(&mut self, at: Instant) {
+        self.due = self.due.min(at + SOONEST);
+    }
+
+    /// When something will have stood for too long.
+    fn next_due(&self) -> Instant {
+        let standing = self.standing.as_ref();
+        let error = self.error.as_ref().filter(|error| !error.over);
+        let limits = [
+            standing.filter(|standing| !standing.settled).map(|standing| standing.rose + WITHDRAWAL),
+            standing.and_then(Standing::since).map(|(_, since)| since + STANDS_LONG),
+            self.habits.check_due(),
+            self.status_due.map(|since| since + STATUS_WITHIN),
+            error.and_then(|error| error.normal).map(|since| since + STATUS_WITHIN),
+        ];
+        limits.into_iter().flatten().min().unwrap_or(NEVER)
+    }
+
+    /// Looks at all that stands, whether it has stood for too long.
+    #[cold]
+    fn stands_too_long(&mut self, at: Instant) {
         self.stands_long(at, STANDS_LONG);
         if self.standing.is_some_and(|standing| at.since(standing.rose) >= WITHDRAWAL) {
             self.settle();
         }
         let out = self.out.unwrap_or_default();
-        if self.habits.check_is_late(at) {
+        if self.habits.check_due().is_some_and(|due| at >= due) {
             self.check_missed(at, out);
         }
         if self.status_due.is_some_and(|since| at.since(since) >= STATUS_WITHIN) {
@@ -461,6 +502,7 @@ impl Referee {
         if self.error.as_ref().is_some_and(ignored) {
             self.error_ignored(at, out);
         }
+        self.due = self.next_due();
     }
 
     fn error_ignored(&mut self, at: Instant, out: OutWord) {
@@ -471,18 +513,13 @@ impl Referee {
     }
 
     fn stands_long(&mut self, at: Instant, long: Duration) {
-        let Some(standing) = self.standing else { return };
-        if standing.told || standing.stopped {
-            return;
-        }
-        let (rule, since) = match standing.own {
-            Some(own) => (HandshakeRule::NeverDropped, own),
-            None if standing.spoiled || !self.input_seen => return,
-            None => (HandshakeRule::NeverAcknowledged, standing.rose),
-        };
-        if at.since(since) >= long {
-            self.standing = Some(Standing { told: true, ..standing });
-            self.found(rule, at, standing.word);
+        let Some(standing) = &mut self.standing else { return };
+        let Some((rule, since)) = standing.since() else { return };
+        let unseen = rule == HandshakeRule::NeverAcknowledged && !self.input_seen;
+        if !unseen && at.since(since) >= long {
+            standing.told = true;
+            let word = standing.word;
+            self.found(rule, at, word);
         }
     }
 

@@ -4,6 +4,8 @@ use super::{Duration, Instant};
 
 /// Pauses that must have been seen before one of them can be too long.
 const LEARNT: u32 = 8;
+/// What is usual is learnt anew from so many.
+const ROUND: u32 = 16;
 /// A pause is a gap if it is so many times the usual one.
 const TIMES: u64 = 8;
 /// Shorter pauses are none.
@@ -11,26 +13,49 @@ const SHORT: Duration = Duration::from_millis(50);
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cadence {
-    last: Option<Instant>,
-    /// The usual pause: each new one counts an eighth.
-    usual: u64,
+    /// Where the round began.
+    first: Instant,
+    last: Instant,
+    /// Pauses of this round; [`NO_ROUND`] before the first cycle.
     pauses: u32,
+    /// The mean pause of the round before.
+    usual: Option<u64>,
 }
 
+const NO_ROUND: u32 = u32::MAX;
+
 impl Cadence {
-    pub(super) const NEW: Self = Self { last: None, usual: 0, pauses: 0 };
+    pub(super) const NEW: Self =
+        Self { first: Instant::ZERO, last: Instant::ZERO, pauses: NO_ROUND, usual: None };
 
     /// Takes the time of a cycle; `true` if some before it are missing.
     pub(super) fn is_gap(&mut self, at: Instant) -> bool {
-        let Some(last) = self.last.replace(at) else { return false };
-        let pause = at.since(last).as_nanos();
-        if self.pauses >= LEARNT && pause > SHORT.as_nanos() && pause / TIMES > self.usual {
-            // If it goes on like this, this is usual from now on.
-            self.pauses = 0;
-            return true;
+        let last = core::mem::replace(&mut self.last, at);
+        let pause = at.since(last);
+        if pause <= SHORT && self.pauses < ROUND {
+            self.pauses += 1;
+            return false;
         }
-        self.usual = if self.pauses == 0 { pause } else { self.usual / 8 * 7 + pause / 8 };
-        self.pauses = self.pauses.saturating_add(1);
-        false
+        self.is_long(pause, last, at)
+    }
+
+    /// The same of a long pause, or at the end of a round.
+    #[cold]
+    fn is_long(&mut self, pause: Duration, last: Instant, at: Instant) -> bool {
+        let Self { first, pauses, usual, .. } = *self;
+        let mean = (pauses >= LEARNT).then(|| last.since(first).as_nanos() / u64::from(pauses));
+        let usual = if pauses == ROUND { mean } else { usual.or(mean) };
+        let is_gap = pauses != NO_ROUND
+            && pause > SHORT
+            && usual.is_some_and(|usual| pause.as_nanos() / TIMES > usual);
+        *self = if is_gap || pauses == NO_ROUND {
+            // If it goes on like this, this is usual from now on.
+            Self { first: at, last: at, pauses: 0, usual: None }
+        } else if pauses == ROUND {
+            Self { first: last, last: at, pauses: 1, usual }
+        } else {
+            Self { pauses: pauses + 1, ..*self }
+        };
+        is_gap
     }
 }

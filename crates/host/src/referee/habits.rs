@@ -120,13 +120,9 @@ impl Habits {
         self.unchecked = None;
     }
 
-    /// No write waits for its check.
-    pub(super) const fn is_all_checked(&self) -> bool {
-        self.unchecked.is_none()
-    }
-
-    pub(super) fn check_is_late(&self, at: Instant) -> bool {
-        self.unchecked.is_some_and(|(_, since)| at.since(since) >= CHECK_WITHIN)
+    /// When the check of the last write is late, if it waits for one.
+    pub(super) fn check_due(&self) -> Option<Instant> {
+        self.unchecked.map(|(_, since)| since + CHECK_WITHIN)
     }
 
     /// The service of the write that was not checked; from now on nothing is unchecked.

@@ -63,6 +63,16 @@ impl Standing {
     pub(super) const fn unseen(word: OutWord, at: Instant) -> Self {
         Self { spoiled: true, settled: true, ..Self::new(word, at, By::Cycle, false) }
     }
+
+    /// Since when it waits for what, if nothing was told of it yet.
+    pub(super) fn since(&self) -> Option<(HandshakeRule, Instant)> {
+        let waits = match self.own {
+            Some(own) => (HandshakeRule::NeverDropped, own),
+            None if self.spoiled => return None,
+            None => (HandshakeRule::NeverAcknowledged, self.rose),
+        };
+        (!self.told && !self.stopped).then_some(waits)
+    }
 }
 
 impl Referee {
@@ -75,6 +85,7 @@ impl Referee {
             self.found(HandshakeRule::NextBeforeEnd, at, after);
         }
         self.standing = Some(standing);
+        self.begins(at);
         if is_data_check(after) {
             self.status_due = None;
             if let Some(error) = &mut self.error {
@@ -135,6 +146,9 @@ impl Referee {
 
     /// IN shows this.
     pub(super) fn input_is(&mut self, at: Instant, input: InWord) {
+        if self.input == Some(input) && !input.service_bit() {
+            return;
+        }
         self.input_seen = true;
         self.input = Some(input);
         if input.service_bit() {
@@ -145,6 +159,7 @@ impl Referee {
         }
     }
 
+    #[inline(never)]
     fn reply(&mut self, at: Instant, input: InWord) {
         self.movement.interrupted();
         let Some(standing) = &mut self.standing else { return };
@@ -156,6 +171,7 @@ impl Referee {
             return;
         }
         let (word, spoiled) = (standing.word, standing.spoiled);
+        self.begins(at);
         self.settle();
         if spoiled {
             return;
@@ -173,11 +189,15 @@ impl Referee {
 
     fn position(&mut self, at: Instant, input: InWord) {
         self.movement.position(at, DATA.of(input.0));
-        if input.error_bit() {
-            let error = ErrorSeen { normal: None, replied: false, over: false };
-            self.error.get_or_insert(error).normal.get_or_insert(at);
-        } else {
+        if !input.error_bit() {
             self.error = None;
+            return;
+        }
+        let error = ErrorSeen { normal: None, replied: false, over: false };
+        let normal = &mut self.error.get_or_insert(error).normal;
+        if normal.is_none() {
+            *normal = Some(at);
+            self.begins(at);
         }
     }
 
