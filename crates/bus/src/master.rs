@@ -356,6 +356,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
     /// called after the last service.
     pub fn withdraw(&mut self) -> Option<OutWord> {
         let since = self.bus.now();
+        let mut strange = (OutWord(0), 0);
         while self.left.word().is_some() || !self.unanswered.is_empty() {
             match self.bus.out(self.position) {
                 Ok(out) if self.left.word() == Some(out) || out.service_bit() && self.is_unanswered(out) => {
@@ -365,7 +366,14 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                 }
                 // Another service's is another master's, and it has taken ours away.
                 Ok(out) if out.service_bit() => self.left.set(OutWord(0)),
-                Ok(out) => self.seen(out),
+                Ok(out) => {
+                    self.seen(out);
+                    // One look may be at a word that the gateway has spoilt; what stands is another master's.
+                    strange = (out, if strange.0 == out { strange.1 + 1 } else { 1 });
+                    if strange.1 == STRANGE {
+                        self.left.set(OutWord(0));
+                    }
+                }
                 Err(error) => self.last_error = Some(error),
             }
             if self.interrupted() || self.in_a_hurry() || self.is_over(since) {
