@@ -349,7 +349,8 @@ fn a_full_disk_and_a_missing_folder_end_with_3() {
     let folder = tempfile::tempdir().unwrap();
     let common = ["--bus", "sim", "--for", "1", "--speed", "max"];
     let said = refused(folder.path(), 3, &[&["log", "none/a.csv"][..], &common].concat());
-    assert!(said.starts_with("error: none/a.csv: cannot make the file: "), "{said}");
+    let why = "error: none/a.csv: cannot make the file: there is no folder none; make it first";
+    assert!(said.starts_with(why), "{said}");
     if Path::new("/dev/full").exists() {
         let said = refused(folder.path(), 3, &[&["log", "/dev/full"][..], &common].concat());
         assert!(said.starts_with("error: /dev/full: cannot write: "), "{said}");

@@ -36,4 +36,4 @@ pub use growing::{Existing, Growing};
 pub use lines::LineFile;
 pub use lock::{Held, Lock, is_in_use, sole_writer};
 pub use read::{Bounded, TextError, line_at, open, read_text};
-pub use replace::{Replacement, sync_folder};
+pub use replace::{Replacement, folder, not_made, sync_folder};

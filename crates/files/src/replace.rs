@@ -102,7 +102,9 @@ pub fn sync_folder(path: &Path) -> io::Result<()> {
     }
 }
 
-pub(crate) fn folder(path: &Path) -> &Path {
+/// The folder that a file is in, or would be in.
+#[must_use]
+pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -116,7 +118,18 @@ pub(crate) fn prefix(target: &OsStr) -> OsString {
 /// A file of its own name with the mode that any new file would have.
 pub(crate) fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let open = |path: &Path| sole_writer().read(true).write(true).create_new(true).open(path);
-    Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(folder, open)
+    let made = Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(folder, open);
+    made.map_err(|cause| not_made(folder, cause))
+}
+
+/// Why no file could be made in a folder: the operating system does not say whether file or folder is missing.
+#[must_use]
+pub fn not_made(folder: &Path, cause: io::Error) -> io::Error {
+    if cause.kind() == io::ErrorKind::NotFound && !folder.exists() {
+        io::Error::new(cause.kind(), format!("there is no folder {}; make it first", folder.display()))
+    } else {
+        cause
+    }
 }
 
 /// Removes the files that a killed writer left. What cannot be removed is in nobody's way.

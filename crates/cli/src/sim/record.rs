@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::Path;
 
-use encoring_files::Existing;
+use encoring_files::{Existing, folder};
 use encoring_sim::{Shown, World};
 use encoring_station::{Recorded, Recorder, RecordingFile};
 use encoring_trace::wave::Format as WaveFormat;
@@ -67,9 +67,9 @@ impl Arguments {
         if self.words && *recorded == Recorded::Exchanges {
             return Err(recording.refused("a trace always has its words; with --words name a .vcd or .fst"));
         }
-        let folder = recording.folder();
+        let folder = folder(file);
         if !folder.is_dir() {
-            return Err(recording.refused("there is no such folder"));
+            return Err(recording.refused(&format!("there is no folder {}; make it first", folder.display())));
         }
         if self.scenario.as_ref().is_some_and(|scenario| same(file, scenario)) {
             return Err(recording.refused("this is the scenario"));
@@ -102,13 +102,8 @@ impl Recording<'_> {
         Ok(begun)
     }
 
-    fn folder(&self) -> &Path {
-        let folder = self.file.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.unwrap_or(Path::new("."))
-    }
-
     fn is_same(&self, other: &Self) -> bool {
-        self.file.file_name() == other.file.file_name() && same(self.folder(), other.folder())
+        self.file.file_name() == other.file.file_name() && same(folder(self.file), folder(other.file))
     }
 
     fn refused(&self, why: &str) -> Failure {

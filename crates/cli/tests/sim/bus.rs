@@ -201,7 +201,10 @@ fn files_that_cannot_be_recorded_into_are_refused_before_anything_is_done() {
             &["--record", "new.csv", "--record-bus", "./new.csv"],
             "--record-bus ./new.csv: --record names the same file",
         ),
-        (&["--record-bus", "nowhere/new.csv"], "--record-bus nowhere/new.csv: there is no such folder"),
+        (
+            &["--record-bus", "nowhere/new.csv"],
+            "--record-bus nowhere/new.csv: there is no folder nowhere; make it first",
+        ),
         (
             &["--overwrite"],
             "--overwrite: there is nothing to record; name a file with --record or --record-bus",

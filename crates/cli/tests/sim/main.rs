@@ -449,8 +449,14 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
     fs::create_dir(here.join("folder")).unwrap();
     for (arguments, message) in [
         (&["--record", "folder"][..], "error: --record folder: not an ordinary file; name a new one\n"),
-        (&["--record", "none/new.csv"], "error: --record none/new.csv: there is no such folder\n"),
-        (&["--record", "none/new.vcd"], "error: --record none/new.vcd: there is no such folder\n"),
+        (
+            &["--record", "none/new.csv"],
+            "error: --record none/new.csv: there is no folder none; make it first\n",
+        ),
+        (
+            &["--record", "none/new.vcd"],
+            "error: --record none/new.vcd: there is no folder none; make it first\n",
+        ),
         (&["--record", "twice.toml", "twice.toml"], "error: twice.toml line 5: unknown field"),
     ] {
         let said = refused(here, &[&["sim", "--modbus", "off", "--state", "new"][..], arguments].concat());

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use encoring_files::{Lock, sole_writer};
+use encoring_files::{Lock, folder, not_made, sole_writer};
 
 use super::problem::{LogError, LogProblem, foreign, system};
 
@@ -18,7 +18,7 @@ pub(super) fn create(path: &Path) -> Result<File, LogError> {
         .write(true)
         .create_new(true)
         .open(path)
-        .map_err(|cause| system(path, "make the file", cause))?;
+        .map_err(|cause| system(path, "make the file", not_made(folder(path), cause)))?;
     lock(path, &file)?;
     Ok(file)
 }
