@@ -9,7 +9,7 @@ use tempfile::TempPath;
 
 use crate::Lock;
 use crate::lock::unwritten;
-use crate::replace::{folder, new_file, prefix, sync_folder};
+use crate::replace::{at_any_length, folder, new_file, prefix, sync_folder};
 
 /// What becomes of a file that has the name already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ impl Growing {
         locked.map_err(|held| io::Error::new(io::ErrorKind::ResourceBusy, held))?;
         let mut remains = None;
         loop {
-            match new.persist_noclobber(&partial) {
+            match new.persist_noclobber(at_any_length(&partial)) {
                 Ok(file) => {
                     sync_folder(target)?;
                     return Ok(Self { file, target: target.to_owned(), partial, existing, remains });
@@ -93,7 +93,7 @@ impl Growing {
             Existing::Kept => {
                 // Dropped without its name it would be deleted.
                 let path = TempPath::try_from_path(fs::canonicalize(&self.partial)?)?;
-                path.persist_noclobber(&self.target).map_err(|refused| {
+                path.persist_noclobber(at_any_length(&self.target)).map_err(|refused| {
                     let _ = refused.path.keep();
                     refused.error
                 })?;
@@ -130,7 +130,7 @@ fn put_aside(target: &Path, partial: &Path) -> io::Result<Option<PathBuf>> {
     let mut path = TempPath::try_from_path(fs::canonicalize(partial)?)?;
     for number in 1_u32.. {
         let aside = with_ending(target, &format!("{number}.partial"));
-        match path.persist_noclobber(&aside) {
+        match path.persist_noclobber(at_any_length(&aside)) {
             Ok(()) => return Ok(Some(aside)),
             Err(refused) if refused.error.kind() == io::ErrorKind::AlreadyExists => path = refused.path,
             Err(refused) => {

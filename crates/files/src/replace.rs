@@ -1,5 +1,6 @@
 //! Files that are there whole or not at all.
 
+use std::borrow::Cow;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -57,7 +58,7 @@ impl Replacement {
             self.file.as_file().set_permissions(old.permissions())?;
         }
         self.file.as_file().sync_all()?;
-        self.file.persist(&self.target)?;
+        self.file.persist(at_any_length(&self.target))?;
         sync_folder(&self.target)
     }
 
@@ -67,7 +68,7 @@ impl Replacement {
     /// Those of the file system, [`io::ErrorKind::AlreadyExists`] among them; then the target is as it was.
     pub fn keep_new(self) -> io::Result<()> {
         self.file.as_file().sync_all()?;
-        self.file.persist_noclobber(&self.target)?;
+        self.file.persist_noclobber(at_any_length(&self.target))?;
         sync_folder(&self.target)
     }
 }
@@ -118,8 +119,19 @@ pub(crate) fn prefix(target: &OsStr) -> OsString {
 /// A file of its own name with the mode that any new file would have.
 pub(crate) fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let open = |path: &Path| sole_writer().read(true).write(true).create_new(true).open(path);
-    let made = Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(folder, open);
+    // The prefix stands for the name, which chance completes.
+    let place = folder.join(prefix);
+    let made =
+        Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(self::folder(&at_any_length(&place)), open);
     made.map_err(|cause| not_made(folder, cause))
+}
+
+/// The form of a path in which Windows finds also what has more than 260 characters. The library that names files does
+/// not use it by itself, as the standard library does.
+pub(crate) fn at_any_length(path: &Path) -> Cow<'_, Path> {
+    let whole = |name: &OsStr| Some(fs::canonicalize(folder(path)).ok()?.join(name));
+    let found = if cfg!(windows) { path.file_name().and_then(whole) } else { None };
+    found.map_or(Cow::Borrowed(path), Cow::Owned)
 }
 
 /// Why no file could be made in a folder: the operating system does not say whether file or folder is missing.
