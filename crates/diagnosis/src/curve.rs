@@ -3,11 +3,19 @@
 use encoring_host::validity::Circle;
 
 use crate::axis::Axis;
-use crate::motion::{FARTHEST, scaled};
+use crate::motion::{FARTHEST, scaled, way};
 use crate::row::Row;
 
 /// No jump is looked at that has fewer steps.
 pub(crate) const LEAST: i64 = 5;
+
+/// The part of the permissible acceleration that an axis has usually: 100 of 10 000 rad/s^2.
+const USUAL: i64 = 100;
+/// Rows from which the speed beside a jump is taken, at least and at most.
+const SPEED_ROWS: [usize; 6] = [4, 8, 16, 32, 64, 108];
+/// A speed is known well enough from so many steps, and so many refresh times.
+const SURE_STEPS: i64 = 64;
+const SURE_REFRESHES: i64 = 12;
 
 /// A position.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +44,8 @@ pub(crate) struct Curve<'a> {
 pub(crate) struct Speed {
     pub(crate) way: i64,
     pub(crate) span_ns: i64,
+    /// By how many steps one half of the way differs from the other.
+    pub(crate) uneven: i64,
     /// From how many rows.
     pub(crate) rows: usize,
 }
@@ -44,6 +54,11 @@ impl Speed {
     /// The way in this time.
     pub(crate) fn over(self, span_ns: i64) -> i64 {
         scaled(self.way, span_ns, self.span_ns)
+    }
+
+    /// By how many steps [`Speed::over`] may be wrong: rounding, and what the speed changed meanwhile.
+    pub(crate) fn doubt(self, span_ns: i64) -> i64 {
+        scaled(2 * self.uneven + 4, span_ns, self.span_ns).abs() + 1
     }
 }
 
@@ -59,13 +74,13 @@ impl Curve<'_> {
     /// The way from one point to another, and its time.
     pub(crate) fn way(&self, from: usize, to: usize) -> Option<(i64, i64)> {
         let (from, to) = (self.points.get(from)?, self.points.get(to)?);
-        Some((self.circle.way(from.value, to.value), to.time_ns - from.time_ns))
+        Some((way(self.circle, from.value, to.value), to.time_ns - from.time_ns))
     }
 
     /// The speed between two points that follow each other.
     pub(crate) fn step(&self, to: usize) -> Option<Speed> {
         let (way, span_ns) = self.way(to.checked_sub(1)?, to)?;
-        Some(Speed { way, span_ns, rows: 1 })
+        Some(Speed { way, span_ns, uneven: 0, rows: 1 })
     }
 
     /// How far a point lies from where the two before it lead.
@@ -91,13 +106,13 @@ impl Curve<'_> {
         (self.tolerance / 3).max(3)
     }
 
-    /// What motion within the permissible may add from one row to the next, beside the speed before and behind: `None`
-    /// without a limit.
-    pub(crate) fn utmost(&self, speed: i64) -> Option<i64> {
+    /// What motion may add from one row to the next, beside the speed before and behind: of a usual axis, and within the
+    /// permissible. `None` without a limit.
+    pub(crate) fn utmost(&self, speed: i64) -> Option<[i64; 2]> {
         let bend = self.axis.bend(self.period_ns.saturating_add(self.axis.refresh_ns))?;
         let late = scaled(speed.abs(), self.axis.refresh_ns + self.period_ns / 5, self.period_ns);
-        let most = (bend / 4).saturating_mul(3).saturating_add(late).saturating_add(2);
-        Some(self.axis.travel(self.period_ns).map_or(most, |travel| most.min(travel.saturating_mul(2))))
+        let travel = self.axis.travel(self.period_ns).map_or(i64::MAX, |travel| travel.saturating_mul(2));
+        Some([bend / USUAL, bend].map(|bend| (bend / 4 * 3).saturating_add(late + 2).min(travel)))
     }
 
     /// The mean speed of up to so many rows that end at a point, as far as they are even.
@@ -107,6 +122,30 @@ impl Curve<'_> {
             first -= 1;
         }
         self.mean(first, at)
+    }
+
+    /// The speed just before a point: of as few rows as it takes to be sure of it.
+    pub(crate) fn just_before(&self, at: usize, not_before: usize) -> Option<Speed> {
+        self.nearest(|rows| self.speed_before(at, rows, not_before))
+    }
+
+    /// The speed just behind a point.
+    pub(crate) fn just_after(&self, at: usize) -> Option<Speed> {
+        self.nearest(|rows| self.speed_after(at, rows))
+    }
+
+    fn nearest(&self, speed: impl Fn(usize) -> Option<Speed>) -> Option<Speed> {
+        let is_enough = |speed: &Speed| {
+            speed.way.abs() >= SURE_STEPS && speed.span_ns >= SURE_REFRESHES * self.axis.refresh_ns
+        };
+        let mut found = None;
+        for rows in SPEED_ROWS {
+            found = speed(rows);
+            if found.is_none_or(|found| found.rows < rows || is_enough(&found)) {
+                break;
+            }
+        }
+        found
     }
 
     /// The mean speed of up to so many rows that begin at a point, as far as they are even.
@@ -120,12 +159,15 @@ impl Curve<'_> {
 
     /// The mean speed from one point to another, however far that is.
     fn mean(&self, first: usize, last: usize) -> Option<Speed> {
-        let mut way = 0_i64;
+        let (middle, mut half, mut way) = (first + (last - first) / 2, 0, 0_i64);
         for to in first + 1..=last {
             way = way.saturating_add(self.step(to)?.way);
+            half = if to == middle { way } else { half };
         }
-        let span_ns = self.points.get(last)?.time_ns - self.points.get(first)?.time_ns;
-        (last > first).then_some(Speed { way, span_ns, rows: last - first })
+        let [from, between, to] = [first, middle, last].map(|at| self.points.get(at).map(|at| at.time_ns));
+        let span_ns = to? - from?;
+        let uneven = if middle > first { (scaled(half, span_ns, between? - from?) - way).abs() } else { 0 };
+        (last > first).then_some(Speed { way, span_ns, uneven, rows: last - first })
     }
 
     /// Where a point should be that lies between two others.
@@ -134,15 +176,4 @@ impl Curve<'_> {
         let (_, span) = self.way(before, place)?;
         Some(self.circle.moved(self.value(before)?, scaled(way, span, took)))
     }
-}
-
-/// What second differences motion makes: three times the one with so many larger ones.
-pub(crate) fn threshold(mut bends: Vec<i64>, outliers: usize) -> i64 {
-    // One wrong row makes three large differences.
-    let rank = outliers.min(bends.len() * 3 / 5);
-    if bends.is_empty() {
-        return LEAST;
-    }
-    let (_, ranked, _) = bends.select_nth_unstable_by(rank, |a, b| b.cmp(a));
-    ranked.saturating_mul(3).clamp(LEAST, FARTHEST)
 }

@@ -1,7 +1,19 @@
 //! Ways and times, without overflow.
 
+use encoring_host::validity::Circle;
+
 /// No way and no position is counted beyond so many steps, so that sums of them never overflow.
 pub(crate) const FARTHEST: i64 = 1 << 44;
+
+/// The shorter way from one position to another. Beyond the positions of the circle none is known: there it is the difference.
+pub(crate) fn way(circle: Circle, from: i64, to: i64) -> i64 {
+    let positions = 0..circle.positions;
+    if positions.contains(&from) && positions.contains(&to) {
+        circle.way(from, to)
+    } else {
+        to.saturating_sub(from)
+    }
+}
 
 /// A way made in `of` nanoseconds, at the same speed in `span`.
 pub(crate) fn scaled(way: i64, span: i64, of: i64) -> i64 {

@@ -2,9 +2,11 @@
 
 use std::ops::Range;
 
+use encoring_host::validity::Circle;
+
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Point};
-use crate::motion::scaled;
+use crate::motion::{scaled, way};
 use crate::scan::Find;
 use crate::verdict::Judged;
 
@@ -16,6 +18,11 @@ const BLOCKS: usize = 2;
 const TIMES: i64 = 4;
 /// The least scatter that is told, in steps.
 const LEAST: i64 = 8;
+
+/// The part of what a stamp is off that the even time follows.
+const TRUST: i64 = 64;
+/// Second differences beyond it count no more.
+const ROUGHEST: i64 = 1 << 12;
 
 /// What a block shows.
 #[derive(Clone, Copy)]
@@ -153,15 +160,33 @@ pub(crate) fn period(points: &[Point]) -> i64 {
         .max(1)
 }
 
-/// Takes the times of a run as even, if they are the stamps of even rows.
-pub(crate) fn even_times(points: &mut [Point], period: i64) {
+/// Takes the times of a run as even where that makes it smoother: stamps can be coarser than the rows, and later than them.
+pub(crate) fn even_times(points: &mut [Point], circle: Circle, period: i64) {
     let Some(first) = points.first().map(|point| point.time_ns) else { return };
     let mut even = first;
-    for point in points.iter_mut().skip(1) {
+    let mut evened = points.to_vec();
+    for point in evened.iter_mut().skip(1) {
         let stamp = point.time_ns;
-        even += period;
+        let rows = ((stamp - even).saturating_add(period / 2) / period).max(1);
+        even = even.saturating_add(rows.saturating_mul(period));
         let off = stamp - even;
-        even = if off.abs() * 4 > period * 3 { stamp } else { even + scaled(off, 1, 16) };
+        even = if off.abs() * 4 > period * 3 { stamp } else { even + scaled(off, 1, TRUST) };
         point.time_ns = even;
     }
+    if roughness(&evened, circle) < roughness(points, circle) {
+        points.copy_from_slice(&evened);
+    }
+}
+
+/// The sum of second differences, of which jumps are a small part.
+fn roughness(points: &[Point], circle: Circle) -> i64 {
+    let bend = |three: &[Point]| match three {
+        [a, b, c] => {
+            let straight =
+                scaled(way(circle, a.value, b.value), c.time_ns - b.time_ns, b.time_ns - a.time_ns);
+            (way(circle, b.value, c.value) - straight).abs().min(ROUGHEST)
+        }
+        _ => 0,
+    };
+    points.windows(3).map(bend).sum()
 }

@@ -1,26 +1,69 @@
 //! Words that are no positions: replies, and words with bits that no encoder sets [R24, C13].
 
+use std::ops::Range;
+
 use encoring_words::InWord;
 use encoring_words::gray;
 use encoring_words::word::{DATA, ERROR_BIT, SERVICE};
 
 use crate::cause::JumpCause;
-use crate::row::ReadAs;
+use crate::motion::{scaled, way};
+use crate::part::Part;
+use crate::row::{ReadAs, Row};
+use crate::sample::Sighting;
 use crate::verdict::Judged;
 
 /// A word that is no position, and where the position should be.
 #[derive(Clone, Copy)]
-pub(crate) struct Outside {
-    pub(crate) word: u32,
-    pub(crate) out: Option<u32>,
-    pub(crate) should: Option<i64>,
+struct Outside {
+    word: u32,
+    out: Option<u32>,
+    should: Option<i64>,
     /// How near to that it must be.
-    pub(crate) near: i64,
-    pub(crate) way: ReadAs,
+    near: i64,
+    way: ReadAs,
+}
+
+/// The words of these rows that are no positions.
+pub(crate) fn finds(part: &Part<'_>, finds: &mut Vec<(Range<usize>, Judged)>) {
+    let mut at = part.range.start;
+    while at < part.range.end {
+        let Some((row, word)) = outside_at(part, at) else {
+            at += 1;
+            continue;
+        };
+        let is_same = |other: &usize| outside_at(part, *other).is_some_and(|(_, other)| other == word);
+        let rows = (at..part.range.end).take_while(is_same).count();
+        let outside = Outside {
+            word,
+            out: row.out,
+            should: should(part, at, row.time_ns),
+            near: (part.tolerance / 3).max(3),
+            way: part.way_of(at),
+        };
+        finds.push((at..at + rows, outside.judged()));
+        at += rows;
+    }
+}
+
+fn outside_at<'a>(part: &Part<'a>, at: usize) -> Option<(&'a Row, u32)> {
+    let row = part.rows.get(at)?;
+    let Sighting::Word(word) = row.reading else { return None };
+    row.position(part.way_of(at)).is_none().then_some((row, word))
+}
+
+/// Where a position would be between the points beside a row.
+fn should(part: &Part<'_>, row: usize, time_ns: i64) -> Option<i64> {
+    let behind = part.points.partition_point(|point| point.row < row);
+    let before = part.points.get(behind.checked_sub(1)?)?;
+    let Some(after) = part.points.get(behind) else { return Some(before.value) };
+    let span = (time_ns - before.time_ns).max(0);
+    let way = scaled(way(part.circle, before.value, after.value), span, after.time_ns - before.time_ns);
+    Some(part.circle.moved(before.value, way))
 }
 
 impl Outside {
-    pub(crate) fn judged(&self) -> Judged {
+    fn judged(&self) -> Judged {
         let word = InWord(self.word);
         if self.is_there(self.word.rotate_left(16)) || self.is_in_the_same_65536(self.word.rotate_left(16)) {
             return Judged::certain(

@@ -7,6 +7,7 @@ use encoring_words::gray;
 
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::motion::{scaled, way};
 use crate::row::ReadAs;
 use crate::services::Services;
 use crate::verdict::Judged;
@@ -66,7 +67,7 @@ impl Excursion<'_> {
     }
 
     fn is_near(&self, value: i64, should: i64) -> bool {
-        self.curve.circle.way(value, should).abs() <= self.curve.near()
+        way(self.curve.circle, value, should).abs() <= self.curve.near()
     }
 
     /// Up to three rows with the word of the row before: the encoder, the bus or the log was late by that.
@@ -88,7 +89,7 @@ impl Excursion<'_> {
         // One half is from the row before or behind.
         let step = self.curve.way(self.at - 1, self.back).map_or(0, |(way, _)| way.abs());
         let near = self.curve.near() + step;
-        let is_near = |value: i64, should: i64| self.curve.circle.way(value, should).abs() <= near;
+        let is_near = |value: i64, should: i64| way(self.curve.circle, value, should).abs() <= near;
         let is_torn = self.places().all(|(_, value, should)| {
             let (high, low) = halves(self.code(value));
             (high == before || high == after) && is_near(self.decoded(other(high) << 16 | low), should)
@@ -156,10 +157,19 @@ impl Excursion<'_> {
 
     fn bit(&self) -> Option<Judged> {
         let near = self.curve.near();
+        // The encoder's sample is old by up to a refresh time.
+        let refresh_ns = self.curve.axis.refresh_ns;
+        let late = match self.curve.way(self.at - 1, self.back) {
+            Some((way, span_ns)) if self.curve.period_ns < 4 * refresh_ns => {
+                scaled(way, refresh_ns, span_ns).abs()
+            }
+            _ => 0,
+        };
         let mut bits = self.places().map(|(_, value, should)| {
             let code = self.code(value);
-            (0..24_u32)
-                .find(|bit| 1_i64 << bit > 2 * near && self.is_near(self.decoded(code ^ 1 << bit), should))
+            (0..24_u32).find(|bit| {
+                1_i64 << bit > 2 * near + late && self.is_near(self.decoded(code ^ 1 << bit), should)
+            })
         });
         let bit = bits.next()??;
         if !bits.all(|other| other == Some(bit)) {
@@ -183,7 +193,9 @@ impl Excursion<'_> {
         let stands = rows > 1 && (self.at..self.back).all(|place| self.curve.value(place) == first);
         let evidence = format!("{rows} rows away, and back on the curve");
         let unclear = Judged::possible(JumpCause::Unclear, evidence);
-        if stands {
+        if stands && first == self.curve.value(self.at - 1) {
+            unclear.or(&[JumpCause::Frozen, JumpCause::OtherSource])
+        } else if stands {
             unclear.or(&[JumpCause::ReplyAsPosition, JumpCause::OtherSource])
         } else if rows > 3 {
             unclear.or(&[JumpCause::OtherSource, JumpCause::Mechanical])

@@ -2,6 +2,7 @@
 
 use encoring_host::validity::Circle;
 
+use crate::axis::Axis;
 use crate::curve::Point;
 
 /// Jumps that are looked at in one window.
@@ -9,15 +10,65 @@ const CANDIDATES: usize = 512;
 /// Numbers of positions that are kept: each scaling has its own.
 const ROUNDS: usize = 4;
 
+/// Numbers of positions that are remembered.
+const CIRCLES: usize = 8;
+/// Beyond the end of the positions may lie one of so many.
+const BEYOND: usize = 4;
+/// Positions of which only the low half was kept.
+const HALF: i64 = 1 << 16;
 /// Positions of a word.
 const WORD: i64 = 1 << 24;
 
 /// How many positions there are, as jumps from one end to the other show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Round {
-    pub(crate) positions: i64,
+struct Round {
+    positions: i64,
     /// How often it was seen.
+    times: usize,
+}
+
+/// What was seen of the ends of the range.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ends {
+    /// The largest position.
+    pub(crate) most: i64,
+    /// How often the end was seen.
     pub(crate) times: usize,
+    /// Every number of positions that was seen: each scaling has its own.
+    pub(crate) circles: Vec<i64>,
+}
+
+impl Ends {
+    /// Takes over what these points show, unless the number of positions is given.
+    pub(crate) fn look(&mut self, points: &[Point], axis: &mut Axis) {
+        let found = found(points, axis.circle);
+        // Sixteen bits were kept: the positions begin again long before S.
+        let half = found.iter().find(|round| round.positions == HALF && self.most < HALF);
+        let most = self.most;
+        let is_sure =
+            |round: &&Round| round.times > 1 || round.positions > most && is_chosen(round.positions);
+        let sure = half.or_else(|| found.iter().find(is_sure).filter(|_| !axis.is_circle_known));
+        if let Some(round) = sure {
+            axis.circle = Circle { positions: round.positions };
+            self.times = self.times.max(round.times);
+        }
+        self.doubt(points, axis);
+        for round in found.iter().filter(is_sure) {
+            if !self.circles.contains(&round.positions) && self.circles.len() < CIRCLES {
+                self.circles.push(round.positions);
+            }
+        }
+    }
+
+    /// Where many positions lie beyond what was taken for their end, it is not known.
+    fn doubt(&mut self, points: &[Point], axis: &mut Axis) {
+        let positions = axis.circle.positions;
+        let beyond = points.iter().filter(|point| point.value >= positions).count();
+        if !axis.is_circle_known && beyond * BEYOND > points.len() && self.most < WORD {
+            axis.circle = Circle { positions: WORD };
+            self.times = 0;
+        }
+    }
 }
 
 /// A jump that may lead from one end to the other.
@@ -29,13 +80,13 @@ struct Candidate {
 }
 
 /// The numbers of positions that jumps agree on, the most frequent first; `circle` where it agrees too.
-pub(crate) fn found(points: &[Point], circle: Circle) -> Vec<Round> {
+fn found(points: &[Point], circle: Circle) -> Vec<Round> {
     let mut candidates: Vec<Candidate> = points.windows(4).filter_map(candidate).take(CANDIDATES).collect();
     let mut rounds = Vec::new();
     while let Some(best) = candidates.iter().max_by_key(|one| agreeing(&candidates, one)) {
         let (group, others) = candidates.iter().copied().partition(|other| agrees(best, other));
         let group: Vec<Candidate> = group;
-        rounds.push(Round { positions: agreed(&group, circle), times: group.len() });
+        rounds.push(Round { positions: agreed(&group, points, circle), times: group.len() });
         candidates = others;
         if rounds.len() == ROUNDS {
             break;
@@ -45,19 +96,28 @@ pub(crate) fn found(points: &[Point], circle: Circle) -> Vec<Round> {
 }
 
 /// What a group of jumps agrees on.
-fn agreed(group: &[Candidate], circle: Circle) -> i64 {
+fn agreed(group: &[Candidate], points: &[Point], circle: Circle) -> i64 {
     let mut positions: Vec<i64> = group.iter().map(|one| one.positions).collect();
     positions.sort_unstable();
     let middle = positions.get(positions.len() / 2).copied().unwrap_or_default();
-    let top = group.iter().map(|one| one.top).max().unwrap_or_default();
     let doubt = group.iter().map(|one| one.doubt).min().unwrap_or_default();
+    // What lies far beyond is another scaling, or wrong.
+    let seen = points.iter().map(|point| point.value).filter(|value| *value <= middle.saturating_add(doubt));
+    let top = group.iter().map(|one| one.top).chain(seen).max().unwrap_or_default();
     let (low, high) = ((middle - doubt).max(top + 1), (middle + doubt).max(top + 1));
-    for known in [circle.positions, 1 << 16] {
-        if known > top && (known - middle).abs() <= 2 * doubt {
+    // No word holds more.
+    if top < WORD && middle > WORD {
+        return WORD;
+    }
+    let mut doubts: Vec<i64> = group.iter().map(|one| one.doubt).collect();
+    doubts.sort_unstable();
+    let usual = doubts.get(doubts.len() / 2).copied().unwrap_or_default();
+    for known in [circle.positions, HALF, WORD] {
+        if known > top && (known - middle).abs() <= 2 * usual {
             return known;
         }
     }
-    roundest(low, high)
+    roundest(low, if top < WORD { high.min(WORD) } else { high })
 }
 
 fn agrees(one: &Candidate, other: &Candidate) -> bool {
@@ -111,4 +171,9 @@ fn roundest(low: i64, high: i64) -> i64 {
         }
     }
     best
+}
+
+/// Whether people choose such a number of positions.
+const fn is_chosen(positions: i64) -> bool {
+    positions % 100 == 0 || positions % 64 == 0
 }

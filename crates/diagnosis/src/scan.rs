@@ -7,7 +7,8 @@ use encoring_words::Model;
 
 use crate::cause::{JumpCause, Likelihood};
 use crate::curve::Curve;
-use crate::motion::scaled;
+use crate::misread::Misread;
+use crate::motion::{scaled, way};
 use crate::returning::Excursion;
 use crate::row::ReadAs;
 use crate::services::Services;
@@ -90,10 +91,20 @@ impl Walk<'_, '_> {
         }
         if let Some(circle) = self.other_circle(at) {
             self.curve.circle = circle;
+            self.beside.is_circle_sure = false;
             self.wrap(at);
             return at + 1;
         }
-        match self.ending(at) {
+        let ending = self.ending(at);
+        if !matches!(ending, Ending::Speed)
+            && self.beside.way == ReadAs::Plain
+            && let Some((end, judged)) = (Misread { curve: self.curve, at }).judged()
+        {
+            self.found.push(Find { points: at..end, judged });
+            self.not_before = end;
+            return end + 2;
+        }
+        match ending {
             Ending::Speed => at + 1,
             Ending::Back(back) => {
                 let Beside { services, way, told, .. } = self.beside;
@@ -143,7 +154,7 @@ impl Walk<'_, '_> {
             not_before: self.not_before,
         };
         if let Some((first, judged)) = departure.judged()
-            && (is_beyond_motion(&judged) || !self.may_be_motion(from))
+            && let Some(judged) = self.weighed(judged, from)
         {
             let end = from.max(at).max(first) + 1;
             self.found.push(Find { points: first.min(at)..end, judged });
@@ -152,21 +163,31 @@ impl Walk<'_, '_> {
         from + 2
     }
 
-    /// Whether an axis at its permissible limits could have made the jump within one row.
-    fn may_be_motion(&self, at: usize) -> bool {
-        let (Some((way, span)), Some(before)) =
-            (self.curve.way(at - 1, at), self.curve.step(at.saturating_sub(1)))
-        else {
-            return false;
-        };
+    /// What the limits of motion leave of it: nothing where a usual axis can make the jump within one row, a doubt where
+    /// one at the limits of the data sheet can.
+    fn weighed(&self, judged: Judged, at: usize) -> Option<Judged> {
+        if judged.certainty == Likelihood::Certain
+            || matches!(judged.cause, JumpCause::Frozen | JumpCause::OverAcceleration)
+        {
+            return Some(judged);
+        }
+        let (way, span) = self.curve.way(at - 1, at)?;
+        let before = self.curve.step(at.saturating_sub(1))?;
         let jump = (way - before.over(span)).abs();
-        self.curve.utmost(before.over(self.curve.period_ns)).is_some_and(|most| jump <= most)
+        let Some([usual, utmost]) = self.curve.utmost(before.over(self.curve.period_ns)) else {
+            return Some(judged);
+        };
+        match jump {
+            _ if jump <= usual => None,
+            _ if jump <= utmost => Some(judged.doubted()),
+            _ => Some(judged),
+        }
     }
 
     /// Whether the shorter way leads over the end of the range.
     fn goes_round(&self, at: usize) -> bool {
         let (Some(from), Some(to)) = (self.curve.value(at - 1), self.curve.value(at)) else { return false };
-        to - from != self.curve.circle.way(from, to)
+        to - from != way(self.curve.circle, from, to)
     }
 
     fn wrap(&mut self, at: usize) {
@@ -225,12 +246,11 @@ impl Walk<'_, '_> {
         let may = self.curve.tolerance.saturating_mul(rows.max(2)) / 2;
         let jump = self.curve.off(at).unwrap_or_default().abs();
         let speeds = (was - is).abs() <= 4 * may.max(scaled(was.abs(), 1, 4));
-        (way - mean).abs() <= may && jump > 2 * may && speeds
+        // One row comes back by as much as it left; a speed that begins to change goes on.
+        let takes_back = |left: i64| self.curve.off(back).is_none_or(|off| off.signum() != left.signum());
+        if back == at + 1 && !self.curve.off(at).is_none_or(takes_back) {
+            return false;
+        }
+        (way - mean).abs() <= may && jump * 2 > 3 * may && speeds
     }
-}
-
-/// What the limits of motion do not speak against.
-fn is_beyond_motion(judged: &Judged) -> bool {
-    judged.certainty == Likelihood::Certain
-        || matches!(judged.cause, JumpCause::Frozen | JumpCause::OverAcceleration)
 }

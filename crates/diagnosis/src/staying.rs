@@ -4,16 +4,18 @@ use encoring_words::Model;
 
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Speed};
-use crate::motion::scaled;
+use crate::motion::{scaled, way};
 use crate::services::{Done, Services};
 use crate::verdict::Judged;
 
-/// Rows from which the speed before and behind a jump is taken.
-const SPEED_ROWS: usize = 108;
 /// Rows that a speed must come from to be compared with another.
 const SPEED_ROWS_LEAST: usize = 4;
 /// Equal rows before a jump from which they are frozen.
 const FROZEN_ROWS: usize = 4;
+/// The part of the positions that no coupling slips at once.
+const FAR: i64 = 16;
+/// Fewer steps are rounding.
+const FROZEN_STEPS: i64 = 8;
 /// How long before a jump a service may have been asked for.
 const SERVICE_NS: i64 = 100_000_000;
 
@@ -58,14 +60,18 @@ impl Departure<'_> {
         let judged = judged.or_else(|| {
             self.reversed(&around).or_else(|| self.rescaled(&around)).or_else(|| self.same_speed(&around))
         });
-        Some((self.at, judged.unwrap_or_else(|| self.other_speed(&around))))
+        let judged = judged.unwrap_or_else(|| self.other_speed(&around));
+        let judged =
+            if self.may_be_sudden(&around) { judged.or_first(JumpCause::OverAcceleration) } else { judged };
+        let judged = if self.stood() { judged.or_first(JumpCause::Frozen) } else { judged };
+        Some((self.at, judged))
     }
 
     fn around(&self) -> Option<Around> {
         let span_ns = self.curve.step(self.at)?.span_ns;
-        let stands = Speed { way: 0, span_ns: span_ns.max(1), rows: 0 };
-        let before = self.curve.speed_before(self.at - 1, SPEED_ROWS, self.not_before).unwrap_or(stands);
-        let after = self.curve.speed_after(self.at, SPEED_ROWS).unwrap_or(stands);
+        let stands = Speed { way: 0, span_ns: span_ns.max(1), uneven: 0, rows: 0 };
+        let before = self.curve.just_before(self.at - 1, self.not_before).unwrap_or(stands);
+        let after = self.curve.just_after(self.at).unwrap_or(stands);
         let (way, _) = self.curve.way(self.at - 1, self.at)?;
         let near = |speed: Option<Speed>| speed.unwrap_or(stands).over(span_ns);
         let motion = (near(self.curve.speed_before(self.at - 1, 3, self.not_before))
@@ -77,24 +83,27 @@ impl Departure<'_> {
     /// Equal rows, and then the way that was gone meanwhile.
     fn frozen(&self) -> Option<(usize, Judged)> {
         let value = self.curve.value(self.at - 1);
-        let equal = (self.not_before..self.at).rev().take_while(|place| self.curve.value(*place) == value);
-        let rows = equal.count();
+        let rows = self.equal_before();
         let first = self.at - rows;
         if rows < FROZEN_ROWS || first == 0 {
             return None;
         }
-        let before = self.curve.speed_before(first, 8, self.not_before)?;
-        let after = self.curve.speed_after(self.at, 8)?;
-        let (way, span) = self.curve.way(first, self.at)?;
+        let before = self.curve.just_before(first, self.not_before)?;
+        let after = self.curve.just_after(self.at)?;
+        let (_, span) = self.curve.way(first, self.at)?;
         let (slow, fast) = (before.over(span), after.over(span));
         let mean = (slow + fast) / 2;
         let even = (slow - fast).abs() * 5 < mean.abs();
         let off = mean.abs() * if even { 15 } else { 35 } / 100 + self.curve.near();
         let row = scaled(mean, self.curve.period_ns, span);
-        let is_caught_up = (way - mean).abs() <= off && way.abs() * 2 > row.abs() * 5 && row.abs() >= 2;
-        if !is_caught_up {
+        let circle = self.curve.circle;
+        let should = circle.moved(value?, mean);
+        let missed = way(circle, should, self.curve.value(self.at)?).abs();
+        let is_long = mean.abs() >= FROZEN_STEPS && mean.abs() * 2 > row.abs() * 5;
+        if missed > off || off.saturating_mul(8) > circle.positions || !is_long {
             return None;
         }
+        let way = mean + way(circle, should, self.curve.value(self.at)?);
         let judged = Judged::likely(
             JumpCause::Frozen,
             format!(
@@ -104,19 +113,41 @@ impl Departure<'_> {
         Some((first + 1, judged))
     }
 
+    /// Equal rows before, and motion before them.
+    fn stood(&self) -> bool {
+        let rows = self.equal_before();
+        let first = self.at - rows;
+        let moved = self.curve.just_before(first, self.not_before).map_or(0, |speed| speed.way.abs());
+        rows >= FROZEN_ROWS && first > 0 && moved >= FROZEN_STEPS
+    }
+
+    /// How many rows before have the value of the last.
+    fn equal_before(&self) -> usize {
+        let value = self.curve.value(self.at - 1);
+        (self.not_before..self.at).rev().take_while(|place| self.curve.value(*place) == value).count()
+    }
+
+    /// No more steps than a change of the speed within a row or two makes.
+    fn may_be_sudden(&self, around: &Around) -> bool {
+        let Around { before, after, span_ns, jump } = *around;
+        let change = (before.over(span_ns) - after.over(span_ns)).abs();
+        jump.abs() <= change + self.curve.near() && change > self.curve.tolerance
+    }
+
     /// The way from the last point before to here is one between both speeds: nothing but the speed changed.
     fn too_sudden(&self) -> Option<Judged> {
         let bend = self.curve.axis.bend(self.curve.period_ns).filter(|_| self.curve.axis.is_scale_known)?;
         let (way, span) = self.curve.way(self.began - 1, self.at)?;
-        let before = self.curve.speed_before(self.began - 1, 4, self.not_before)?;
-        let after = self.curve.speed_after(self.at, 4)?;
+        let before = self.curve.just_before(self.began - 1, self.not_before)?;
+        let after = self.curve.just_after(self.at)?;
         let (was, is) = (before.over(span), after.over(span));
         let rows = span / self.curve.period_ns.max(1);
         let may = self.curve.near() + bend.saturating_mul(rows);
         let is_between = (was.min(is) - may..=was.max(is) + may).contains(&way);
         let (slow, fast) = (before.over(self.curve.period_ns), after.over(self.curve.period_ns));
         let change = (fast - slow).abs();
-        let permissible = bend.saturating_mul(rows + 2) + self.curve.near();
+        let doubt = before.doubt(self.curve.period_ns) + after.doubt(self.curve.period_ns);
+        let permissible = bend.saturating_mul(rows + 1) + doubt;
         (is_between && change > permissible).then(|| {
             Judged::likely(
                 JumpCause::OverAcceleration,
@@ -134,8 +165,8 @@ impl Departure<'_> {
             return None;
         }
         let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
-        let speed = self.curve.speed_after(self.at, 3)?.over(around.span_ns);
-        let near = speed.abs() + self.curve.near();
+        let speed = if around.after.way == 0 { around.before.way } else { around.after.way };
+        let near = around.after.over(around.span_ns).abs() + self.curve.near();
         let evidence = format!("{} steps at 0, against the motion, and on at the same speed", to - from);
         let is_at_top = |place: i64| place + near >= self.most;
         if speed < 0 && (0..=near).contains(&from) && to > from && is_at_top(to) {
@@ -153,6 +184,9 @@ impl Departure<'_> {
     fn serviced(&self, around: &Around) -> Option<Judged> {
         let to = self.curve.row(self.at)?.time_ns;
         let from = self.curve.row(self.at - 1)?.time_ns - SERVICE_NS.max(self.curve.period_ns * 10);
+        // What was asked for before the last jump made that one.
+        let used = self.not_before.checked_sub(1).and_then(|last| self.curve.row(last));
+        let from = used.map_or(from, |row| from.max(row.time_ns));
         let mut checked = false;
         for mark in self.services.between(from, to) {
             let said = |what: &str| format!("{what} at line {}", mark.line);
@@ -160,7 +194,7 @@ impl Departure<'_> {
                 Done::Check => checked = true,
                 Done::Preset(value) => {
                     let landed = self.curve.value(self.at)?;
-                    let off = self.curve.circle.way(value.into(), landed).abs();
+                    let off = way(self.curve.circle, value.into(), landed).abs();
                     let may =
                         around.after.over(around.span_ns).abs().max(around.before.over(around.span_ns).abs());
                     let judged =
@@ -193,25 +227,19 @@ impl Departure<'_> {
         }
     }
 
-    /// By how much a speed may be wrong, in steps over the span of the other.
-    fn doubt(&self, speed: Speed, span_ns: i64) -> i64 {
-        let noise = self.curve.near() * 2;
-        scaled(noise, span_ns, speed.span_ns).abs() + 1
-    }
-
     fn reversed(&self, around: &Around) -> Option<Judged> {
         let Around { before, after, .. } = *around;
         if before.rows < SPEED_ROWS_LEAST || after.rows < SPEED_ROWS_LEAST {
             return None;
         }
         let (was, is) = (before.over(after.span_ns), after.way);
-        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let doubt = before.doubt(after.span_ns) + after.doubt(after.span_ns);
         let opposite = was.signum() == -is.signum() && was != 0;
         if !opposite || was.abs() < 4 * doubt || (was + is).abs() > doubt + was.abs() / 8 {
             return None;
         }
         let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
-        let mirrored = self.curve.circle.way(self.curve.circle.positions - 1 - from, to).abs();
+        let mirrored = way(self.curve.circle, self.curve.circle.positions - 1 - from, to).abs();
         let may = before.over(around.span_ns).abs() * 2 + self.curve.near();
         let evidence = "the positions run as fast as before, and the other way".to_owned();
         Some(if mirrored <= may {
@@ -233,7 +261,7 @@ impl Departure<'_> {
             return None;
         }
         let (was, is) = (before.over(after.span_ns), after.way);
-        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let doubt = before.doubt(after.span_ns) + after.doubt(after.span_ns);
         let differs = (was - is).abs() > doubt + was.abs().max(is.abs()) / 16;
         if was.signum() != is.signum() || !differs || was.abs().min(is.abs()) < 4 * doubt {
             return None;
@@ -258,12 +286,21 @@ impl Departure<'_> {
     fn is_same_speed(&self, around: &Around) -> bool {
         let Around { before, after, span_ns, .. } = *around;
         let (was, is) = (before.over(after.span_ns), after.way);
-        let doubt = self.doubt(before, after.span_ns) + self.doubt(after, after.span_ns);
+        let doubt = before.doubt(after.span_ns) + after.doubt(after.span_ns);
         let [near_before, near_after] =
             [self.curve.speed_before(self.at - 1, 3, self.not_before), self.curve.speed_after(self.at, 3)]
                 .map(|speed| speed.map_or(0, |speed| speed.over(span_ns)));
+        if was.signum() == -is.signum() && was != 0 && !self.is_slow(around) {
+            return false;
+        }
         let near = (near_before - near_after).abs() <= self.curve.tolerance + near_before.abs() / 16;
         near || (was - is).abs() <= doubt + was.abs().max(is.abs()) / 16
+    }
+
+    /// Too slow on one side for its speed to be compared with that on the other.
+    fn is_slow(&self, around: &Around) -> bool {
+        let is_unsure = |speed: Speed| speed.way.abs() < 4 * speed.doubt(speed.span_ns);
+        is_unsure(around.before) || is_unsure(around.after)
     }
 
     /// Where a preset that people choose may have put the position, if it is there.
@@ -278,7 +315,7 @@ impl Departure<'_> {
             return None;
         }
         [0].iter().chain(self.aims).copied().find(|aim| {
-            let off = self.curve.circle.way(*aim, landed);
+            let off = way(self.curve.circle, *aim, landed);
             off.abs() <= self.curve.near() || speed != 0 && (0..=may).contains(&(off * speed.signum()))
         })
     }
@@ -303,14 +340,19 @@ impl Departure<'_> {
         if out && !inputs {
             let evidence =
                 format!("{evidence}; OUT asks for no service, and the encoder has no preset input");
-            let stands = around.before.way == 0 && around.after.way == 0;
             let is_bit = is_one_bit(jump, self.curve.near());
-            return Some(if stands || is_bit {
-                let other = if is_bit { JumpCause::StuckBit } else { JumpCause::Rescaled };
+            let is_far = jump.abs().saturating_mul(FAR) > self.curve.circle.positions.min(self.most + 1);
+            return Some(if self.is_slow(around) || is_bit || is_far {
+                let other = match (is_bit, is_far) {
+                    (true, _) => JumpCause::StuckBit,
+                    (_, true) => JumpCause::OtherSource,
+                    _ => JumpCause::Rescaled,
+                };
                 Judged::possible(JumpCause::Unclear, evidence).or(&[
                     JumpCause::Mechanical,
                     other,
                     JumpCause::OtherSource,
+                    JumpCause::Rescaled,
                 ])
             } else {
                 Judged::likely(JumpCause::Mechanical, evidence)

@@ -4,6 +4,7 @@ use encoring_words::gray;
 
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::motion::way;
 use crate::row::ReadAs;
 use crate::verdict::Judged;
 
@@ -53,15 +54,16 @@ impl Stuck<'_> {
             let span = self.curve.step(at)?.span_ns;
             let should = self.curve.circle.moved(last, speed.over(span));
             let choice = [code, code ^ mask].map(|code| self.decoded(code));
-            let place = choice.into_iter().min_by_key(|place| self.curve.circle.way(should, *place).abs())?;
-            let off = self.curve.circle.way(should, place).abs();
+            let place =
+                choice.into_iter().min_by_key(|place| way(self.curve.circle, should, *place).abs())?;
+            let off = way(self.curve.circle, should, place).abs();
             if off > self.curve.may(span) + self.curve.tolerance {
                 break;
             }
             let is_held = place != choice[0];
             changes += usize::from(is_held && !was_held);
             was_held = is_held;
-            speed.way = self.curve.circle.way(last, place);
+            speed.way = way(self.curve.circle, last, place);
             speed.span_ns = span;
             last = place;
             end = at + 1;

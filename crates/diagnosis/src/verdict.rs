@@ -42,6 +42,16 @@ impl Judged {
         self
     }
 
+    /// With what else it may be before all others, where the cause cannot be told.
+    pub(crate) fn or_first(mut self, other: JumpCause) -> Self {
+        if self.cause == JumpCause::Unclear && self.alternatives.first() != Some(&other) {
+            self.alternatives.retain(|known| *known != other);
+            self.alternatives.insert(0, other);
+            self.alternatives.truncate(ALTERNATIVES_MAX);
+        }
+        self
+    }
+
     /// With more that speaks for it.
     pub(crate) fn since(mut self, evidence: impl Into<String>) -> Self {
         self.evidence.push(evidence.into());

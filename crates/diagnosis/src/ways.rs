@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use encoring_host::validity::Circle;
 
+use crate::motion;
 use crate::row::{ReadAs, Row, WAYS};
 
 /// What a change from one way to another costs, in bits.
@@ -27,6 +28,8 @@ const DOUBTS: usize = 2;
 pub(crate) struct Stretch {
     pub(crate) rows: Range<usize>,
     pub(crate) way: ReadAs,
+    /// The halves are exchanged, and bits 31..24 were not kept: no position is left.
+    pub(crate) is_cut: bool,
     /// Mean bits of second differences as the rows are, and in this way; in tenths.
     pub(crate) tenths: (u32, u32),
 }
@@ -51,7 +54,7 @@ impl Course {
     fn cost(&mut self, circle: Circle, value: i64) -> u32 {
         self.unread = None;
         let cost = self.before.map_or(0, |(first, second)| {
-            let bend = circle.way(second, value).saturating_sub(circle.way(first, second));
+            let bend = motion::way(circle, second, value).saturating_sub(motion::way(circle, first, second));
             bits(bend)
         });
         self.before = self.last.map(|last| (last, value));
@@ -92,8 +95,11 @@ pub(crate) fn stretches(rows: &[Row], circle: Circle, usual: ReadAs, first: Read
         let range = at..at + run.len();
         at = range.end;
         let Some(way) = run.first().copied().filter(|way| *way != usual) else { continue };
-        if let Some(stretch) = believed(&costs, range, way, usual) {
-            found.push(stretch);
+        if let Some(stretch) = believed(&costs, range.clone(), way, usual) {
+            let rows = rows.get(range).unwrap_or_default();
+            let is_cut = way == ReadAs::Exchanged
+                && rows.iter().all(|row| row.low_byte_of_exchanged().is_some() || row.bits() <= Some(0xFF));
+            found.push(Stretch { is_cut, ..stretch });
         }
     }
     found
@@ -161,6 +167,7 @@ fn believed(costs: &[[u32; 4]], range: Range<usize>, way: ReadAs, usual: ReadAs)
     (far >= ROWS && (gained || other * 2 <= plain)).then(|| Stretch {
         rows: range,
         way,
+        is_cut: false,
         tenths: (tenths(plain), tenths(other)),
     })
 }

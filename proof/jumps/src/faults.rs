@@ -348,6 +348,13 @@ fn replace(stage: &mut Stage, slot: Slot, chance: &mut Chance) -> bool {
         let place = begin + speed * (moment.taken - taken);
         moment.word = (place as i64).rem_euclid(positions) as u32;
     }
+    // Its positions begin again too.
+    let round = |row: usize| {
+        let taken_here = stage.row(row).map_or(taken, |moment| moment.taken);
+        ((begin + speed * (taken_here - taken)) as i64).div_euclid(positions)
+    };
+    let wraps: Vec<usize> = (from + 1..=to).filter(|row| round(*row) != round(row - 1)).collect();
+    wraps.into_iter().for_each(|row| stage.allow(Cause::Wrap, row, row));
     let returns = to < stage.last();
     let jump = jump.min(positions as f64 - jump);
     stage.jumped(Trace::Other { jump, faster: speed - own, stands: speed == 0.0, returns }, from, to);

@@ -177,12 +177,12 @@ pub(crate) fn misses(score: &Score) -> String {
     for named in score.named.iter().filter(|named| !named.is_right()) {
         let truth = named.truth.unwrap_or("nothing");
         let kind = format!("{} named as {} where there was {truth}", named.cause, named.certainty.name());
-        kinds.entry(kind).or_default().push(named.seed.to_string());
+        kinds.entry(kind).or_default().push(format!("{} line {}", named.seed, named.line));
     }
     let mut ordered: Vec<(String, Vec<String>)> = kinds.into_iter().collect();
     ordered.sort_by_key(|(_, seeds)| std::cmp::Reverse(seeds.len()));
     let mut page = String::new();
-    for (kind, seeds) in ordered.iter().take(40) {
+    for (kind, seeds) in ordered.iter().take(80) {
         let shown: Vec<&str> = seeds.iter().map(String::as_str).take(6).collect();
         let _ = writeln!(page, "{:5} {kind}; seeds {}", seeds.len(), shown.join(", "));
     }

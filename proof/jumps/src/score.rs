@@ -25,6 +25,7 @@ const ALTERNATIVES: usize = 3;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Named {
     pub(crate) seed: u64,
+    pub(crate) line: u64,
     pub(crate) cause: &'static str,
     pub(crate) certainty: Likelihood,
     /// The cause of the jump there; none: nothing jumped.
@@ -94,8 +95,13 @@ impl Score {
         for episode in episodes.iter().filter(|episode| episode.cause != JumpCause::Unclear) {
             let Some(jump) = place(case, episode) else { continue };
             let truth = jump.and_then(|at| case.jumps.get(at)).map(|jump| jump.cause.name());
-            let new =
-                Named { seed: case.seed, cause: episode.cause.name(), certainty: episode.certainty, truth };
+            let new = Named {
+                seed: case.seed,
+                line: episode.line,
+                cause: episode.cause.name(),
+                certainty: episode.certainty,
+                truth,
+            };
             let kept = named.entry((jump, new.cause)).or_insert_with(|| new.clone());
             kept.certainty = kept.certainty.max(new.certainty);
         }

@@ -1,0 +1,114 @@
+//! Places that somebody knows: a zero that was lost fits one of them before a pause and none behind it.
+
+use std::ops::Range;
+
+use encoring_words::Duration;
+
+use crate::cause::JumpCause;
+use crate::curve::Point;
+use crate::motion::way;
+use crate::options::KnownPlace;
+use crate::part::Part;
+use crate::verdict::Judged;
+
+/// Pauses that are remembered.
+const PAUSES: usize = 256;
+/// How far from a known place a position may be, in steps.
+const KNOWN_NEAR: i64 = 8;
+
+/// What is known, and what was seen of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Places {
+    /// Those that were not compared yet, in order of time.
+    known: Vec<KnownPlace>,
+    /// The last that was, with how far off it is.
+    last: Option<(KnownPlace, i64)>,
+    /// The time and the line behind it, and how long it was.
+    pauses: Vec<(i64, u64, i64)>,
+}
+
+impl Places {
+    pub(crate) fn new(known: &[KnownPlace]) -> Self {
+        Self { known: known.to_vec(), last: None, pauses: Vec::new() }
+    }
+
+    /// What places that somebody knows say: a place that fits before a gap and none behind it.
+    pub(crate) fn look(&mut self, part: &Part<'_>, is_last: bool, finds: &mut Vec<(Range<usize>, Judged)>) {
+        let Part { rows, points, circle, .. } = *part;
+        self.remember_pauses(part);
+        while let Some(known) = self.known.first().copied() {
+            let time_ns = known.time_ns.cast_signed();
+            let behind = points.partition_point(|point| point.time_ns < time_ns);
+            if behind == points.len() && !is_last {
+                break;
+            }
+            let off = |at: &usize| points.get(*at).map_or(i64::MAX, |point| (point.time_ns - time_ns).abs());
+            let Some(at) = [behind.saturating_sub(1), behind].into_iter().min_by_key(off) else { break };
+            let Some(point) = points.get(at).copied() else { break };
+            if point.row >= part.range.end {
+                break;
+            }
+            self.known.remove(0);
+            let off = way(circle, known.steps, point.value);
+            let was = self.last.replace((known, off));
+            let Some((before, was_off)) = was else { continue };
+            let apart = way(circle, was_off, off);
+            if apart.abs() <= KNOWN_NEAR + most_step(part, at) {
+                continue;
+            }
+            let evidence =
+                format!("{} steps further from the known place than at the one before", apart.abs());
+            let between = before.time_ns.cast_signed()..=known.time_ns.cast_signed();
+            let pause = self
+                .pauses
+                .iter()
+                .filter(|pause| between.contains(&pause.0))
+                .max_by_key(|pause| pause.2)
+                .copied();
+            let (line, judged) = match pause {
+                Some((_, line, span)) => (
+                    line,
+                    Judged::likely(JumpCause::ZeroLost, evidence)
+                        .since(format!("between both lies a pause of {}", Duration(span.unsigned_abs()))),
+                ),
+                None => (
+                    rows.get(point.row).map_or(0, |row| row.line),
+                    Judged::possible(JumpCause::Unclear, evidence).or(&[
+                        JumpCause::ZeroLost,
+                        JumpCause::Mechanical,
+                        JumpCause::Preset,
+                    ]),
+                ),
+            };
+            let row = rows.partition_point(|row| row.line < line);
+            finds.push((row..row + 1, judged));
+        }
+    }
+
+    /// Pauses of the recording: the time, the line behind it, and how long it was.
+    fn remember_pauses(&mut self, part: &Part<'_>) {
+        for two in part.points.windows(2) {
+            let [before, behind] = two else { continue };
+            let span = behind.time_ns - before.time_ns;
+            if part.range.contains(&behind.row) && span * 4 > part.period_ns * 7 {
+                let line = part.rows.get(behind.row).map_or(0, |row| row.line);
+                self.pauses.push((behind.time_ns, line, span));
+            }
+        }
+        // The longest stay.
+        if self.pauses.len() > PAUSES {
+            self.pauses.sort_unstable_by_key(|pause| core::cmp::Reverse(pause.2));
+            self.pauses.truncate(PAUSES);
+        }
+    }
+}
+
+/// Twice the steps from row to row at a point, on the side where there are fewer.
+fn most_step(part: &Part<'_>, at: usize) -> i64 {
+    let around = part.points.get(at.saturating_sub(1)..(at + 2).min(part.points.len())).unwrap_or_default();
+    let step = |two: &[Point]| match two {
+        [a, b] => way(part.circle, a.value, b.value).abs(),
+        _ => 0,
+    };
+    around.windows(2).map(step).min().unwrap_or_default() * 2
+}
