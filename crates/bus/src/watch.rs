@@ -270,6 +270,14 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         Some(&self.poll)
     }
 
+    /// No poll follows: what whoever writes OUT has left standing, as a poll without words.
+    pub fn end(&mut self) -> &Poll {
+        self.referees.finish();
+        self.poll = Poll { number: self.polls, at: self.bus.now(), ..Poll::default() };
+        self.take_findings();
+        &self.poll
+    }
+
     fn wait(&mut self, until: Instant) {
         loop {
             let now = self.bus.now();
@@ -309,6 +317,10 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             }
         }
         self.poll.findings.clear();
+        self.take_findings();
+    }
+
+    fn take_findings(&mut self) {
         let news = self.referees.take_news();
         self.poll.findings.extend(news.filter(|(_, finding)| TOLD_BY_POLLS.contains(&finding.rule)));
     }

@@ -299,6 +299,7 @@ impl<'a> Logging<'a> {
                 break;
             }
         }
+        self.history(watch.end())?;
         self.flush()?;
         let verdicts = Judgement::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
         let summary = Summary {

@@ -152,6 +152,11 @@ impl Watched<'_> {
         let seen = seen.map(|(sight, subject)| Seen::new(sight, &subject.judge, lamps(sight.position)));
         Some(Update { polls, seen: seen.collect(), news })
     }
+
+    /// What is to be told when no poll follows.
+    fn end(&mut self) -> Vec<News> {
+        news(self.watch.end(), &self.calendar, &self.acknowledging)
+    }
 }
 
 /// What is watched, and how.
@@ -204,6 +209,7 @@ impl Lines {
             polls = update.polls;
             self.poll(update.seen, &update.news)?;
         }
+        self.poll(Vec::new(), &watched.end())?;
         let fault = watched.faults.as_ref().and_then(Faults::first);
         self.end(watched.watch.now().as_nanos(), polls, fault)?;
         self.out.close().wait(quit)?;

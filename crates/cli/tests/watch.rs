@@ -221,6 +221,30 @@ fn an_error_that_nobody_asks_about_is_told_by_a_watch_and_stands_in_a_log() {
     sim.end("-TERM");
 }
 
+// [R38]
+#[test]
+fn a_service_bit_that_is_left_standing_is_told_when_a_watch_or_a_log_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let (sim, address) = gateway(folder.path());
+    write_out(&address, 1, 0x0200_0000);
+    write_out(&address, 1, 0x8200_0000);
+    let at = ["--bus", &address, "--at", "1", "--model", "ce-100-m", "--stale-after", "1m", "--for", "3s"];
+    let watch: &[&str] = &["watch", "--poll", "100ms", "--format", "json"];
+    let log: &[&str] = &["log", "--every", "100ms", "/dev/stdout"];
+    for (command, begins) in [(watch, r#"{"event":"finding""#), (log, "# event finding: ")] {
+        // Across a pause of a loaded machine nothing is judged.
+        let told = (0..20).find_map(|_| {
+            let output = run(folder.path(), &[command, &at].concat());
+            assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+            let lines = text(&output.stdout);
+            lines.lines().find(|line| line.starts_with(begins)).map(str::to_owned)
+        });
+        let told = told.unwrap();
+        assert!(told.contains("never_dropped (error, suspected), OUT 82000000"), "{told}");
+    }
+    sim.end("-TERM");
+}
+
 #[test]
 fn parameters_come_from_files_behind_a_gateway() {
     let folder = tempfile::tempdir().unwrap();

@@ -463,7 +463,7 @@ fn every_verdict_has_one_word_of_its_own() {
     );
 }
 
-/// What is found of whoever writes OUT, by polls that see these words one after the other.
+/// What is found of whoever writes OUT, by polls that see these words one after the other and then end.
 fn found(words: &[(u32, u32)]) -> Vec<(HandshakeRule, Ruling)> {
     let mut bus = Script::new(words.iter().map(|(_, input)| Ok(*input)));
     bus.outs = words.iter().map(|(out, _)| *out).collect();
@@ -475,6 +475,9 @@ fn found(words: &[(u32, u32)]) -> Vec<(HandshakeRule, Ruling)> {
         assert!(poll.findings.iter().all(|(position, _)| *position == 0));
         found.extend(poll.findings.iter().map(|(_, finding)| (finding.rule, finding.verdict)));
     }
+    let end = watch.end();
+    assert!(end.sights.is_empty() && end.number == words.len() as u64);
+    found.extend(end.findings.iter().map(|(_, finding)| (finding.rule, finding.verdict)));
     found
 }
 
@@ -490,7 +493,9 @@ fn what_stands_for_long_or_is_written_in_a_circle_is_told_of_whoever_writes_out(
     let dropped = service(0xC600_0005);
     let stands = [&dropped[..3], &[dropped[2]; 101]].concat();
     assert_eq!(found(&stands), [(HandshakeRule::NeverDropped, Ruling::Suspected)]);
-    assert_eq!(found(&stands[..90]), []);
+    // Ten seconds are not over, but nothing more comes, and one is.
+    assert_eq!(found(&stands[..20]), [(HandshakeRule::NeverDropped, Ruling::Suspected)]);
+    assert_eq!(found(&stands[..10]), []);
     let ignored = [(0, 0x64), (0, 0x2000_0064)].into_iter().chain([(0, 0x2000_0064); 12]).collect::<Vec<_>>();
     assert_eq!(found(&ignored), [(HandshakeRule::ErrorIgnored, Ruling::Suspected)]);
     assert_eq!(found(&ignored[..8]), []);

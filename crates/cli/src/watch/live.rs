@@ -13,7 +13,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, Ke
 use super::screen::{Screen, Way};
 use super::{About, Watched};
 use crate::interrupt::awaiting_reader;
-use crate::output::Answer;
+use crate::output::{Answer, note};
 use crate::told::looked;
 
 /// How long a key or a change of a verdict waits at most.
@@ -52,6 +52,8 @@ pub(super) fn run(mut watched: Watched<'_>, about: About, stop: &Arc<AtomicBool>
         stop.store(true, Ordering::Relaxed);
         ended
     })?;
+    // The view is gone by now.
+    watched.end().iter().for_each(|event| note(&format!("note: {event}")));
     Ok(looked(&watched.watch, watched.faults.as_ref()))
 }
 
