@@ -14,16 +14,22 @@ use encoring_words::{Access, Duration, InWord, Instant, Model, OutWord, Service,
 pub mod rule;
 
 mod cadence;
+mod finding;
 mod habits;
+mod limits;
 mod movement;
+mod preparation;
 mod request;
 #[cfg(test)]
 mod tests;
 
 use self::cadence::Cadence;
+pub use self::finding::{Finding, Flaws, Ruling, WRITES_ASSUMED};
 use self::habits::Habits;
+use self::limits::NEVER;
 use self::movement::Movement;
-use self::rule::{BUS_RESET, ERROR_SEEN, SOONEST, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
+use self::preparation::Preparations;
+use self::rule::{BUS_RESET, ERROR_SEEN, WITHDRAWAL};
 pub use self::rule::{HandshakeRule, RULES, RuleCertainty, Severity, Vantage};
 
 /// How a cycle went.
@@ -63,77 +69,6 @@ pub enum Observed {
         written: Written,
     },
 }
-
-/// What a finding says.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ruling {
-    /// The rule was broken.
-    Broken,
-    /// A right program could look the same.
-    Suspected,
-    /// Something to know.
-    Note,
-}
-
-impl Ruling {
-    /// Its name in JSON.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Broken => "broken",
-            Self::Suspected => "suspected",
-            Self::Note => "note",
-        }
-    }
-}
-
-/// Breaks of a rule.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Finding {
-    /// Which.
-    pub rule: HandshakeRule,
-    /// The surest verdict so far.
-    pub verdict: Ruling,
-    /// When it was broken first.
-    pub first: Instant,
-    /// And last.
-    pub last: Instant,
-    /// How often; of a row of writes or reads, how many were in it.
-    pub count: u32,
-    /// OUT at the first break.
-    pub out: OutWord,
-    /// IN then; `None` if it was not known.
-    pub input: Option<InWord>,
-}
-
-/// Writes that a cell of the EEPROM is assumed to stand. No manual says.
-pub const WRITES_ASSUMED: u64 = 100_000;
-
-impl Finding {
-    /// Days until [`WRITES_ASSUMED`] writes, if it goes on like this; `None` for other rules.
-    #[must_use]
-    pub fn days_to_wear(&self) -> Option<u64> {
-        let pauses = u64::from(self.count.saturating_sub(1));
-        let each = self.last.since(self.first).as_nanos().checked_div(pauses)?;
-        let day = Duration::from_secs(86_400).as_nanos();
-        let all = u128::from(each) * u128::from(WRITES_ASSUMED) / u128::from(day);
-        matches!(self.rule, HandshakeRule::MemoryWear).then_some(u64::try_from(all).unwrap_or(u64::MAX))
-    }
-}
-
-/// What was wrong with what was observed; none of it is judged as a break.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Flaws {
-    /// Observations that lay before the one before.
-    pub backwards: u32,
-    /// Pauses between cycles that were far longer than usual.
-    pub gaps: u32,
-    /// Cycles whose OUT word nobody was seen to write.
-    pub unseen_writes: u32,
-}
-
-/// No time that is ever reached.
-const NEVER: Instant = Instant(u64::MAX);
 
 /// How OUT came to hold what it holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -185,6 +120,8 @@ struct ErrorSeen {
 pub struct Referee {
     vantage: Vantage,
     model: Option<Model>,
+    /// When the observation before was made.
+    before: Instant,
     now: Instant,
     /// Nothing that stands has stood for too long before this.
     due: Instant,
@@ -200,6 +137,9 @@ pub struct Referee {
     habits: Habits,
     movement: Movement,
     cadence: Cadence,
+    preparations: Preparations,
+    /// A reply may have stood between two rows of a log.
+    reply_overlooked: bool,
     findings: [Option<Finding>; RULES.len()],
     /// A bit for each rule, by its place: found first, or more surely, since somebody asked.
     news: u32,
@@ -216,6 +156,7 @@ impl Referee {
         Self {
             vantage,
             model,
+            before: Instant::ZERO,
             now: Instant::ZERO,
             due: NEVER,
             out: None,
@@ -228,6 +169,8 @@ impl Referee {
             habits: Habits::NEW,
             movement: Movement::NEW,
             cadence: Cadence::NEW,
+            preparations: Preparations::NEW,
+            reply_overlooked: false,
             findings: [None; RULES.len()],
             news: 0,
             flaws: Flaws { backwards: 0, gaps: 0, unseen_writes: 0 },
@@ -249,7 +192,7 @@ impl Referee {
             self.flaws.backwards = self.flaws.backwards.saturating_add(1);
             return;
         }
-        self.now = at;
+        (self.before, self.now) = (self.now, at);
         match seen {
             Observed::Write { client, written, .. } => self.write(at, client, written),
             Observed::Cycle { out, input, line, .. } => {
@@ -295,7 +238,13 @@ impl Referee {
                 | HandshakeRule::PresetRepeated => false,
                 _ => !self.input_seen,
             };
-            unseen || rule.certainty(self.vantage) == RuleCertainty::NotJudged
+            let overlooked = match rule {
+                HandshakeRule::DataWithServiceBit => self.preparations.was_overlooked(),
+                HandshakeRule::DroppedBeforeAcknowledgement => self.reply_overlooked,
+                _ => false,
+            };
+            let found = self.findings.get(*rule as usize).is_some_and(Option::is_some);
+            unseen || overlooked && !found || rule.certainty(self.vantage) == RuleCertainty::NotJudged
         })
     }
 
@@ -357,6 +306,14 @@ impl Referee {
         }
     }
 
+    /// What was suspected is explained by now.
+    fn take_back(&mut self, rule: HandshakeRule) {
+        if let Some(slot) = self.findings.get_mut(rule as usize) {
+            *slot = None;
+        }
+        self.news &= !(1 << rule as u32);
+    }
+
     #[cold]
     fn gap(&mut self) {
         self.flaws.gaps = self.flaws.gaps.saturating_add(1);
@@ -371,6 +328,7 @@ impl Referee {
         self.ending = false;
         self.movement = Movement::NEW;
         self.habits.forget();
+        self.preparations.forget();
     }
 
     // Apart, like all that happens seldom: a cycle in which nothing happens must cost little.
@@ -389,7 +347,7 @@ impl Referee {
     fn cycle(&mut self, at: Instant, out: OutWord, input: Option<InWord>, line: LineSeen) {
         self.line_seen |= line != LineSeen::Untold;
         if self.out != Some(out) {
-            self.image_is(at, out);
+            self.image_is(at, out, input);
         }
         match line {
             LineSeen::Silent => return self.silent(at),
@@ -406,10 +364,15 @@ impl Referee {
 
     /// A cycle shows another OUT than before.
     #[inline(never)]
-    fn image_is(&mut self, at: Instant, out: OutWord) {
+    fn image_is(&mut self, at: Instant, out: OutWord, input: Option<InWord>) {
         if self.vantage == Vantage::Writes && self.out.is_some() {
             self.flaws.unseen_writes = self.flaws.unseen_writes.saturating_add(1);
             (self.out, self.standing) = (None, None);
+        }
+        let reply = input.filter(|input| input.service_bit() && self.standing.is_some());
+        if let (Vantage::Log, Some(reply)) = (self.vantage, reply) {
+            // It may have been there before OUT changed.
+            self.input_is(at, reply);
         }
         self.out_is(at, out, By::Cycle);
     }
@@ -456,84 +419,12 @@ impl Referee {
         };
         match (before.service_bit(), after.service_bit()) {
             (false, true) => self.rises(at, before, after, by),
-            (true, false) => self.falls(at, after),
+            (true, false) => {
+                self.falls(at, after);
+                self.rests(at, before, after);
+            }
             (true, true) => self.changes(at, before, after, by),
-            (false, false) => {}
-        }
-    }
-
-    /// Something begins that may stand for too long; all that can begin may stand for this long at least.
-    fn begins(&mut self, at: Instant) {
-        self.due = self.due.min(at + SOONEST);
-    }
-
-    /// When something will have stood for too long.
-    fn next_due(&self) -> Instant {
-        let standing = self.standing.as_ref();
-        let error = self.error.as_ref().filter(|error| !error.over);
-        let limits = [
-            standing.filter(|standing| !standing.settled).map(|standing| standing.rose + WITHDRAWAL),
-            standing.and_then(Standing::since).map(|(_, since)| since + STANDS_LONG),
-            self.habits.check_due(),
-            self.status_due.map(|since| since + STATUS_WITHIN),
-            error.and_then(|error| error.normal).map(|since| since + STATUS_WITHIN),
-        ];
-        limits.into_iter().flatten().min().unwrap_or(NEVER)
-    }
-
-    /// Looks at all that stands, whether it has stood for too long.
-    #[cold]
-    fn stands_too_long(&mut self, at: Instant) {
-        self.stands_long(at, STANDS_LONG);
-        if self.standing.is_some_and(|standing| at.since(standing.rose) >= WITHDRAWAL) {
-            self.settle();
-        }
-        let out = self.out.unwrap_or_default();
-        if self.habits.check_due().is_some_and(|due| at >= due) {
-            self.check_missed(at, out);
-        }
-        if self.status_due.is_some_and(|since| at.since(since) >= STATUS_WITHIN) {
-            self.status_due = None;
-            self.found(HandshakeRule::StatusNotRead, at, out);
-        }
-        let ignored = |error: &ErrorSeen| {
-            !error.over && error.normal.is_some_and(|since| at.since(since) >= STATUS_WITHIN)
-        };
-        if self.error.as_ref().is_some_and(ignored) {
-            self.error_ignored(at, out);
-        }
-        self.due = self.next_due();
-    }
-
-    fn error_ignored(&mut self, at: Instant, out: OutWord) {
-        if let Some(error) = &mut self.error {
-            error.over = true;
-        }
-        self.found(HandshakeRule::ErrorIgnored, at, out);
-    }
-
-    fn stands_long(&mut self, at: Instant, long: Duration) {
-        let Some(standing) = &mut self.standing else { return };
-        let Some((rule, since)) = standing.since() else { return };
-        let unseen = rule == HandshakeRule::NeverAcknowledged && !self.input_seen;
-        if !unseen && at.since(since) >= long {
-            standing.told = true;
-            let word = standing.word;
-            self.found(rule, at, word);
-        }
-    }
-
-    /// The programmed values were not checked.
-    fn check_missed(&mut self, at: Instant, out: OutWord) {
-        let Some(service) = self.habits.take_unchecked() else { return };
-        let (mut needed, mut needless) = (false, false);
-        for model in self.models().filter(|model| model.lists(service).is_some()) {
-            needed |= model.effect() == Effect::AtDataCheck;
-            needless |= model.effect() == Effect::AtOnce;
-        }
-        if needed {
-            let sure = if needless { RuleCertainty::Suspected } else { RuleCertainty::Certain };
-            self.found_as(HandshakeRule::NoDataCheck, sure, at, out);
+            (false, false) => self.rests(at, before, after),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! One request, from the rise of its service bit to its fall.
 
+use super::preparation::Prepared;
 use super::{
     Access, By, DATA, ERROR_BIT, ERROR_SEEN, ErrorSeen, HandshakeRule, InWord, Instant, Out, OutWord,
     RESERVE_BIT, Referee, RuleCertainty, Service, ServiceFields, ServiceNumber, Standing, Vantage,
@@ -78,7 +79,7 @@ impl Standing {
 impl Referee {
     pub(super) fn rises(&mut self, at: Instant, before: OutWord, after: OutWord, by: By) {
         self.services = self.services.saturating_add(1);
-        let together = (before.0 ^ after.0) & meant(after) != 0;
+        let together = self.is_unprepared(at, before, after);
         let mut standing = Standing::new(after, at, by, together);
         if self.ending && HandshakeRule::NextBeforeEnd.certainty(self.vantage) != RuleCertainty::NotJudged {
             standing.spoiled = true;
@@ -102,6 +103,26 @@ impl Referee {
         };
         if self.error.as_ref().is_some_and(seen) {
             self.error_ignored(at, after);
+        }
+    }
+
+    /// Whether number or data come with the service bit, as far as rows of a log can tell.
+    fn is_unprepared(&mut self, at: Instant, before: OutWord, after: OutWord) -> bool {
+        let together = (before.0 ^ after.0) & meant(after) != 0;
+        if self.vantage != Vantage::Log {
+            return together;
+        }
+        let prepared = self.preparations.rises(after, together, self.before, at);
+        if self.preparations.is_complete() {
+            self.take_back(HandshakeRule::DataWithServiceBit);
+        }
+        prepared == Prepared::Missing
+    }
+
+    /// The service bit is 0.
+    pub(super) fn rests(&mut self, at: Instant, before: OutWord, after: OutWord) {
+        if self.vantage == Vantage::Log && (before.0 ^ after.0) & meant(after) != 0 {
+            self.preparations.begins(at);
         }
     }
 
@@ -135,6 +156,9 @@ impl Referee {
         let word = standing.word;
         if standing.foreign.is_some_and(within) {
             self.found(HandshakeRule::ForeignReply, at, word);
+        } else if self.vantage == Vantage::Log && standing.rose == self.before {
+            // One row has shown the bit, so between two the rest of the service may have been.
+            self.reply_overlooked = true;
         } else if within(standing.rose) {
             let reset = self.vantage == Vantage::Exchanges && after == OutWord(0);
             let sure = if reset { RuleCertainty::Suspected } else { RuleCertainty::Certain };

@@ -3,6 +3,8 @@ extern crate std;
 
 use std::vec::Vec;
 
+mod log;
+
 use super::*;
 
 /// A program at its controller: what it writes, and what the ring shows.

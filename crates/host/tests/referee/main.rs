@@ -13,16 +13,16 @@ mod mistake;
 mod plant;
 
 use mistake::{MISTAKES, Mistake};
-use plant::{Chance, PLACES, Plant};
+use plant::{Chance, PLACES, Plant, name};
 
 fn names(referee: &Referee) -> Vec<&'static str> {
-    referee.findings().map(|finding| finding.rule.name()).collect()
+    referee.findings().map(name).collect()
 }
 
 /// What was found, and whether it is certain.
 fn certain(referee: &Referee, is_certain: bool) -> Vec<&'static str> {
     let found = referee.findings().filter(|finding| (finding.verdict != Ruling::Suspected) == is_certain);
-    found.map(|finding| finding.rule.name()).collect()
+    found.map(name).collect()
 }
 
 /// What was seen of the generated programs from one place.
@@ -69,20 +69,14 @@ impl Tally {
 
 /// A program of a seed, judged from all places.
 fn program(seed: u64) -> (Plant, Mistake, &'static [&'static str], &'static str) {
-    let mut chance = Chance(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) + 1);
-    let (mistake, wanted, certain) = MISTAKES[seed as usize % MISTAKES.len()];
+    let mut chance = Chance::of(seed);
+    let (mistake, _, certain) = MISTAKES[seed as usize % MISTAKES.len()];
     let model = MODELS[seed as usize / MISTAKES.len() % MODELS.len()];
     let mut plant = Plant::new(&mut chance, model);
-    plant.wait(chance.between(20_000, 500_000));
-    plant.serve(0x8200_0000);
-    plant.serve(0xC200_8000 | chance.between(1, 0xFFF) as u32);
-    plant.serve(0x8800_0000);
-    plant.err(&mut chance, mistake);
-    plant.wait(250_000);
+    plant.program(&mut chance, mistake);
     plant.referees.iter_mut().for_each(Referee::finish);
-    // A rod takes every value over at once, so nothing is left undone.
-    let needless = mistake == Mistake::NoCheck && model == Model::La66;
-    (plant, mistake, if needless { &[] } else { wanted }, certain)
+    let wanted = mistake.breaks(plant.model);
+    (plant, mistake, wanted, certain)
 }
 
 fn tallies(seeds: std::ops::Range<u64>) -> [Tally; 4] {

@@ -1,6 +1,6 @@
 //! What a program does wrong, and what is to be said of it from where.
 
-use encoring_words::{OutWord, Written};
+use encoring_words::{Model, OutWord, Written};
 
 use crate::plant::{Chance, Plant};
 
@@ -32,16 +32,39 @@ mistakes! {
     Refused &["unknown_service"], "wcx";
     Backwards &["wrong_direction"], "wcx";
     Worn &["memory_wear"], "wcx";
+    Equal &["memory_wear, a note"], "wcx";
+    TornByTwo &["data_changed_in_service"], "wc";
     Polled &["polled"], "wcx";
     Again &["preset_repeated"], "wcx";
     Moving &["preset_while_moving"], "wcx";
     Stale &["stale_service_bit"], "wc";
 }
 
+impl Mistake {
+    /// The rules that it breaks.
+    pub(crate) fn breaks(self, model: Model) -> &'static [&'static str] {
+        // A rod takes every value over at once, so nothing is left undone.
+        let needless = self == Self::NoCheck && model == Model::La66;
+        MISTAKES.iter().find(|(mistake, ..)| *mistake == self && !needless).map_or(&[], |(_, rules, _)| rules)
+    }
+}
+
 const CHECK: u32 = 0x8800_0000;
 
 impl Plant {
-    pub(crate) fn err(&mut self, chance: &mut Chance, mistake: Mistake) {
+    /// A program that does some services right, and then makes the mistake.
+    pub(crate) fn program(&mut self, chance: &mut Chance, mistake: Mistake) {
+        self.wait(chance.between(20_000, 500_000));
+        for _ in 0..chance.between(1, 3) {
+            self.serve(0x8200_0000);
+            self.serve(0xC200_8000 | chance.between(1, 0xFFF) as u32);
+            self.serve(CHECK);
+        }
+        self.err(chance, mistake);
+        self.wait(250_000);
+    }
+
+    fn err(&mut self, chance: &mut Chance, mistake: Mistake) {
         let value = 0x100 + chance.below(0x2000) as u32;
         let word = 0xC600_0000 | value;
         let rest = word & 0x7FFF_FFFF;
@@ -56,14 +79,14 @@ impl Plant {
             Mistake::Together => {
                 self.put(rest ^ 3);
                 self.scan();
-                self.put(word);
+                self.put_whole(word);
                 self.end(word);
             }
             Mistake::Changed => {
                 self.device.slow_us = 200_000;
                 self.request(word);
                 self.wait(2 * self.cycle_us);
-                self.put(word ^ 4);
+                self.put_whole(word ^ 4);
                 self.end(word);
             }
             Mistake::Dropped => {
@@ -128,6 +151,17 @@ impl Plant {
                 }
                 self.serve(CHECK);
             }
+            Mistake::Equal => {
+                (0..11).for_each(|_| self.serve(0xC200_4000 | value));
+                self.serve(CHECK);
+            }
+            Mistake::TornByTwo => {
+                self.device.slow_us = 200_000;
+                self.request(word);
+                self.wait(2 * self.cycle_us);
+                self.write_as(2, Written::Low(word as u16 ^ 2));
+                self.end(word);
+            }
             Mistake::Polled => (0..10).for_each(|_| self.serve(0x8200_0000)),
             Mistake::Again => {
                 self.serve(word);
@@ -154,9 +188,9 @@ impl Plant {
         self.request(word);
         self.until(1);
         // The next number stands there already: the bit falls and rises before the end is seen.
-        self.put(0x0200_0000);
+        self.put_whole(0x0200_0000);
         self.past_next_cycle();
-        self.put(0x8200_0000);
+        self.put_whole(0x8200_0000);
         self.until(1);
         self.write(Written::Both(OutWord(0)));
         self.until(0);

@@ -1,12 +1,16 @@
 //! A program at its controller, a ring and an encoder, seen from all four places at once.
 
-use encoring_host::referee::{LineSeen, Observed, Referee, Vantage};
+use encoring_host::referee::{Finding, LineSeen, Observed, Referee, Ruling, Vantage};
 use encoring_words::{InWord, Instant, Model, OutWord, Written};
 
 /// Chance with a seed.
 pub(crate) struct Chance(pub(crate) u64);
 
 impl Chance {
+    pub(crate) fn of(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(1))
+    }
+
     pub(crate) fn below(&mut self, limit: u64) -> u64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % limit
@@ -15,6 +19,19 @@ impl Chance {
     pub(crate) fn between(&mut self, low: u64, high: u64) -> u64 {
         low + self.below(high - low + 1)
     }
+}
+
+/// What a finding is called here: equal writes share the name of the others.
+pub(crate) fn name(finding: &Finding) -> &'static str {
+    match (finding.rule.name(), finding.verdict) {
+        ("memory_wear", Ruling::Note) => "memory_wear, a note",
+        (name, _) => name,
+    }
+}
+
+/// The cycle of a ring of 1 to 128 encoders.
+pub(crate) fn cycle_us(chance: &mut Chance) -> u64 {
+    460 + chance.below(128) * 1_066 / 10
 }
 
 /// The four places, in the order of [`Plant::referees`].
@@ -66,13 +83,27 @@ impl Device {
     }
 }
 
+/// How a program writes a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Style {
+    /// In one request.
+    Whole,
+    /// The low half, and then the one with the service bit.
+    LowFirst,
+}
+
 pub(crate) struct Plant {
+    pub(crate) model: Model,
+    chance: Chance,
+    style: Style,
+    /// Of so many cycles one fails; 0 for none.
+    bad_of: u64,
     pub(crate) now: u64,
     next_cycle: u64,
     next_row: u64,
     pub(crate) cycle_us: u64,
     pub(crate) scan_us: u64,
-    /// From a program to the image, and from the image to a program.
+    /// The longest way from a program to the image, and from the image to a program.
     latency_us: u64,
     log_us: u64,
     pub(crate) out: u32,
@@ -82,18 +113,31 @@ pub(crate) struct Plant {
     pub(crate) device: Device,
     pub(crate) silent: bool,
     pub(crate) referees: [Referee; 4],
+    /// What the first place has seen.
+    pub(crate) seen: Vec<Observed>,
 }
 
 impl Plant {
+    /// On a ring of any length.
     pub(crate) fn new(chance: &mut Chance, model: Model) -> Self {
+        let cycle_us = cycle_us(chance);
+        Self::on(cycle_us, chance, model)
+    }
+
+    /// One of a ring with this cycle.
+    pub(crate) fn on(cycle_us: u64, chance: &mut Chance, model: Model) -> Self {
         Self {
+            model,
             now: 0,
             next_cycle: 1_000,
             next_row: 500,
-            cycle_us: chance.between(460, 14_000),
+            cycle_us,
             scan_us: chance.between(1_000, 100_000),
             latency_us: chance.below(20_000),
             log_us: chance.between(1_000, 100_000),
+            style: if chance.below(2) == 0 { Style::Whole } else { Style::LowFirst },
+            bad_of: chance.below(2) * chance.between(20, 500),
+            chance: Chance(chance.below(u64::MAX)),
             out: 0,
             input: 0x64,
             answer: 0x64,
@@ -108,12 +152,15 @@ impl Plant {
             },
             silent: false,
             referees: PLACES.map(|vantage| Referee::new(vantage, Some(model))),
+            seen: Vec::new(),
         }
     }
 
     pub(crate) fn told(&self) -> String {
-        let Self { cycle_us, scan_us, latency_us, log_us, .. } = self;
-        format!("cycle {cycle_us} us, scan {scan_us} us, latency {latency_us} us, a row each {log_us} us")
+        let Self { cycle_us, scan_us, latency_us, log_us, style, bad_of, .. } = self;
+        format!(
+            "cycle {cycle_us} us, one of {bad_of} bad, scan {scan_us} us, latency up to {latency_us} us, a row each {log_us} us, {style:?}"
+        )
     }
 
     /// Lets the ring run until `until`.
@@ -146,18 +193,24 @@ impl Plant {
     fn cycle(&mut self) {
         if self.silent {
             self.device.stale = true;
-            let seen = self.seen((self.out, self.input), LineSeen::Silent);
-            self.referees[..2].iter_mut().for_each(|referee| referee.observe(seen));
-            return;
+            return self.at_the_master(LineSeen::Silent);
+        }
+        if self.bad_of > 0 && self.chance.below(self.bad_of) == 0 {
+            return self.at_the_master(LineSeen::Bad);
         }
         // The ring brings what the encoder put out at the end of the cycle before.
         self.input = self.answer;
-        let seen = self.seen((self.out, self.input), LineSeen::Good);
-        self.referees[..2].iter_mut().for_each(|referee| referee.observe(seen));
+        self.at_the_master(LineSeen::Good);
         let (heard, answer) = self.device.cycle(self.now, self.out);
         self.answer = answer;
         let seen = self.seen((heard, answer), LineSeen::Untold);
         self.referees[2].observe(seen);
+    }
+
+    fn at_the_master(&mut self, line: LineSeen) {
+        let seen = self.seen((self.out, self.input), line);
+        self.seen.push(seen);
+        self.referees[..2].iter_mut().for_each(|referee| referee.observe(seen));
     }
 
     pub(crate) fn wait(&mut self, time_us: u64) {
@@ -169,19 +222,44 @@ impl Plant {
         self.run(self.next_cycle + 1);
     }
 
-    pub(crate) fn write(&mut self, written: Written) {
+    pub(crate) fn write_as(&mut self, client: u32, written: Written) {
         self.out = OutWord(self.out).after(written).0;
-        let seen = Observed::Write { at: Instant(self.now * 1_000), client: 1, written };
+        let seen = Observed::Write { at: Instant(self.now * 1_000), client, written };
+        self.seen.push(seen);
         self.referees[0].observe(seen);
     }
 
-    pub(crate) fn put(&mut self, word: u32) {
+    pub(crate) fn write(&mut self, written: Written) {
+        self.write_as(1, written);
+    }
+
+    pub(crate) fn put_whole(&mut self, word: u32) {
         self.write(Written::Both(OutWord(word)));
+    }
+
+    /// As the program writes words.
+    pub(crate) fn put(&mut self, word: u32) {
+        match self.style {
+            Style::Whole => self.put_whole(word),
+            Style::LowFirst => {
+                self.write(Written::Low(word as u16));
+                let pause = self.chance.below(2_000);
+                self.wait(pause);
+                self.write(Written::High((word >> 16) as u16));
+            }
+        }
     }
 
     /// A scan, and long enough for a cycle to be seen.
     pub(crate) fn scan(&mut self) {
-        self.wait(self.scan_us.max(2 * self.cycle_us));
+        let late = self.chance.below(self.scan_us / 4 + 1);
+        self.wait((self.scan_us + late).max(2 * self.cycle_us));
+    }
+
+    /// A way there and one back.
+    fn ways(&mut self) {
+        let ways = [0; 2].map(|_| self.chance.below(self.latency_us + 1));
+        self.wait(ways.iter().sum());
     }
 
     /// Scans until a program sees IN bit 31 as `bit`; what it sees is as old as its way is long.
@@ -189,7 +267,7 @@ impl Plant {
         for _ in 0..1_000 {
             self.scan();
             let seen = self.input;
-            self.wait(2 * self.latency_us);
+            self.ways();
             if seen >> 31 == bit {
                 break;
             }
