@@ -23,7 +23,7 @@ fn world() -> &'static (World, Vec<Unit>) {
 fuzz_target!(|bytes: &[u8]| {
     let Ok(line) = str::from_utf8(bytes) else { return };
     let (world, units) = world();
-    let request = parse(line, units);
+    let request = parse(line, &units[..]);
     if let Some(id) = request.id {
         assert!(line.contains(id.get()), "{}", id.get());
         assert!(id.get().len() <= ID_BYTES_MAX, "{}", id.get());
@@ -61,7 +61,13 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(fault.len() <= line.len());
             return;
         }
-        Ok(Command::EndGateway { .. } | Command::GatewayFaults | Command::View | Command::Help) => return,
+        Ok(
+            Command::EndGateway { .. }
+            | Command::GatewayFaults
+            | Command::Acknowledge { .. }
+            | Command::View
+            | Command::Help,
+        ) => return,
     }
     let mut input = [InWord(0); 3];
     for out in [0, 0xC200_1000, 0xC200_1000, 0] {

@@ -213,6 +213,7 @@ pub struct Insight {
 #[derive(Clone, Debug)]
 pub struct Judge {
     model: Model,
+    sensor: Option<Sensor>,
     tolerance: Tolerance,
     validity: Validity,
     measuring_length: Option<u32>,
@@ -241,13 +242,19 @@ impl Judge {
         let motion_known = blind.is_empty() && length_known;
         let validity = Validity::new(expectation, tolerance.limits(model, motion_known));
         let unknown = blind.len();
-        Ok(Self { model, tolerance, validity, measuring_length, blind, unknown, active: None })
+        Ok(Self { model, sensor, tolerance, validity, measuring_length, blind, unknown, active: None })
     }
 
     /// The model.
     #[must_use]
     pub const fn model(&self) -> Model {
         self.model
+    }
+
+    /// What the encoder measures with, if that is known.
+    #[must_use]
+    pub const fn sensor(&self) -> Option<Sensor> {
+        self.sensor
     }
 
     /// The measuring length in steps, if it is known.

@@ -114,6 +114,8 @@ pub type Observe<'a> = Box<dyn FnMut(&Look) + 'a>;
 /// One poll of a service under way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Look {
+    /// When it was over.
+    pub at: Instant,
     /// The phase of the handshake.
     pub phase: SessionPhase,
     /// The OUT word that was to be written.
@@ -541,7 +543,7 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             let phase = self.session.phase();
             let seen = self.poll(out);
             if let Some(observe) = &mut self.observe {
-                observe(&Look { phase, out, input: seen.map(|seen| seen.input) });
+                observe(&Look { at: self.bus.now(), phase, out, input: seen.map(|seen| seen.input) });
             }
             if self.interrupted() && !self.session.give_up(self.bus.now()) {
                 self.stop_next = true;

@@ -222,6 +222,12 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         &self.subjects
     }
 
+    /// How many were made.
+    #[must_use]
+    pub const fn polls(&self) -> u64 {
+        self.polls
+    }
+
     /// `true` if polls were made and none has brought a word.
     #[must_use]
     pub const fn is_unanswered(&self) -> bool {
@@ -241,6 +247,32 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
                 self.acknowledged.push(subject.position);
             }
         }
+    }
+
+    /// The same for the encoder at one position.
+    pub fn acknowledge_at(&mut self, position: usize) {
+        for subject in self.subjects.iter_mut().filter(|subject| subject.position == position) {
+            if subject.judge.acknowledge() {
+                self.acknowledged.push(position);
+            }
+        }
+    }
+
+    /// The bus, for whoever has something to do on it between two polls.
+    pub const fn bus(&mut self) -> &mut B {
+        self.bus
+    }
+
+    /// The last poll.
+    #[must_use]
+    pub const fn last(&self) -> &Poll {
+        &self.poll
+    }
+
+    /// The referees of whoever writes OUT. Of what they find only [`TOLD_BY_POLLS`] is certain here.
+    #[must_use]
+    pub const fn referees(&self) -> &Referees {
+        &self.referees
     }
 
     /// Waits for the next poll and makes it. `None` when it is to end.

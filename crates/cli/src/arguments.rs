@@ -13,7 +13,7 @@ use encoring_words::change::{PARTS, ParameterPart};
 use encoring_words::model::{MODELS, UnknownModel};
 use encoring_words::number::{self, NumberError, TypedValue};
 use encoring_words::parameter::PARAMETERS;
-use encoring_words::{Model, Parameter, Service};
+use encoring_words::{Duration, Model, Parameter, Service};
 
 pub(crate) mod bus;
 pub(crate) mod fault;
@@ -169,6 +169,19 @@ pub(crate) fn millimetres(text: &str) -> Result<u32, String> {
     hundredths.and_then(|hundredths| u32::try_from(hundredths.numerator() * 10).ok()).ok_or_else(|| {
         "not a length in millimetres from 0.01 to 167772.15, with at most two decimals".to_owned()
     })
+}
+
+/// Nobody reads faster.
+const EVERY_MIN: Duration = Duration::from_millis(10);
+
+/// The time from one poll to the next.
+pub(crate) fn every(text: &str) -> Result<Duration, String> {
+    let every = span(text)?;
+    if every < EVERY_MIN {
+        Err("less than 10 ms; `encoring log` looks more often".to_owned())
+    } else {
+        Ok(every)
+    }
 }
 
 #[cfg(test)]

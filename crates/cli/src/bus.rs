@@ -268,6 +268,11 @@ impl Opened {
         self.interrupt.stop()
     }
 
+    /// The signals of this process.
+    pub(crate) fn interruption(&self) -> Interrupt {
+        self.interrupt.clone()
+    }
+
     /// Whether the user has wanted to stop.
     pub(crate) fn is_interrupted(&self) -> bool {
         self.interrupt.is_interrupted()

@@ -36,6 +36,7 @@ mod replay;
 mod restore;
 mod ring;
 mod scan;
+mod serve;
 mod sheet;
 mod signals;
 mod sim;
@@ -44,6 +45,7 @@ mod subjects;
 mod told;
 mod version;
 mod watch;
+mod web;
 mod word_view;
 mod write;
 
@@ -94,6 +96,6 @@ commands! {
     Decode decode, Replay replay, Sim sim, Calc calc,
     Read read, Write write, Program program, Preset preset, Check check, Release release, Probe probe,
     Backup backup, Restore restore, Replace replace,
-    Watch watch, Log log, Diagnose diagnose, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
+    Watch watch, Log log, Serve serve, Diagnose diagnose, Referee referee, Scan scan, Ring ring, Ssi ssi, Sheet sheet,
     Completions completions, Man man,
 }

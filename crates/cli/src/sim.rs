@@ -2,7 +2,7 @@
 
 use std::convert::Infallible;
 use std::io::{self, Write};
-use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration as Real;
@@ -27,12 +27,12 @@ use crate::output::printer::{Closing, READER_PATIENCE};
 use crate::output::progress::{Progress, RING_TIME};
 use crate::output::{Answer, Failure, bad_input, note};
 use crate::signals;
+use crate::web::{Nature, Page, WebAccess, listening_address};
 use report::{Addresses, Report};
 
 mod gateway;
 mod record;
 mod report;
-mod web;
 
 /// Where the Modbus server listens unless told otherwise: a port that needs no privileges.
 const MODBUS_DEFAULT: &str = "127.0.0.1:5020";
@@ -103,9 +103,8 @@ pub(crate) struct Arguments {
     /// off if that port is taken, and with --speed max]
     #[arg(long, value_name = "ADDR")]
     web: Option<String>,
-    /// Further host name of the page, such as that of a proxy (repeatable)
-    #[arg(long = "web-host", value_name = "NAME")]
-    web_hosts: Vec<String>,
+    #[command(flatten)]
+    web_access: WebAccess,
     #[command(flatten)]
     memories: State,
     #[command(flatten)]
@@ -156,20 +155,6 @@ fn level(_: &str) -> Result<Infallible, &'static str> {
     Err(NO_LEVEL)
 }
 
-/// An address to listen on; `None` for `off`.
-#[expect(clippy::disallowed_methods, reason = "a port, not a value of an encoder")]
-fn address(option: &str, text: &str) -> Result<Option<SocketAddr>, Failure> {
-    if text == "off" {
-        return Ok(None);
-    }
-    if let Ok(port) = text.parse::<u16>() {
-        return Ok(Some(SocketAddr::from((Ipv4Addr::LOCALHOST, port))));
-    }
-    let found = text.to_socket_addrs().ok().and_then(|mut addresses| addresses.next());
-    let wrong = || bad_input(format!("{option} {text}: no address; write HOST:PORT, PORT or off"));
-    found.map(Some).ok_or_else(wrong)
-}
-
 async fn listen(option: &str, address: Option<SocketAddr>) -> Result<Option<TcpListener>, Failure> {
     let Some(address) = address else { return Ok(None) };
     match TcpListener::bind(address).await {
@@ -208,13 +193,14 @@ async fn simulate(
     signals::on_each(move || for_handler.notify_one())?;
     // Everything that can be refused is looked at before anything is written.
     arguments.recordable()?;
-    let modbus = listen("--modbus", address("--modbus", &arguments.modbus)?).await?;
-    let control = listen("--control", address("--control", &arguments.control)?).await?;
-    let web = web::listen(arguments.web.as_deref(), arguments.pace.or_real())?;
+    let modbus = listen("--modbus", listening_address("--modbus", &arguments.modbus)?).await?;
+    let control = listen("--control", listening_address("--control", &arguments.control)?).await?;
+    let web = Page::beside(arguments.web.as_deref(), arguments.pace.or_real())?;
+    let web_options = arguments.web_access.options(web.address()?, Nature::Simulated)?;
     let addresses = Addresses {
         modbus: where_it_listens("modbus", modbus.as_ref().map(TcpListener::local_addr))?,
         control: where_it_listens("control", control.as_ref().map(TcpListener::local_addr))?,
-        web: where_it_listens("web", web.local_addr())?,
+        web: web.address()?.map(|address| address.to_string()),
     };
     let mut world = World::new(scenario).map_err(bad_input)?;
     let units: Vec<Unit> = scenario.devices.iter().map(|device| device.unit).collect();
@@ -239,7 +225,7 @@ async fn simulate(
     let stop = serve(arguments, &station, modbus, control, controlled.clone(), served.clone());
 
     // Whatever ends it, what was acknowledged is kept: from here on nothing returns before the end.
-    let (page, mut told) = match web.serve(controlled, &arguments.web_hosts) {
+    let (page, mut told) = match web.serve(Arc::new(controlled), &web_options) {
         Ok(page) => (page, report.start(station.first_view(), &addresses)),
         Err(cause) => (None, Err(cause)),
     };

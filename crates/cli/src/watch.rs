@@ -16,8 +16,7 @@ use encoring_words::Duration;
 use serde::Serialize;
 
 use crate::acknowledging::Acknowledging;
-use crate::arguments::span;
-use crate::arguments::{Lasting, Output};
+use crate::arguments::{Lasting, Output, every};
 use crate::bus::AnyBus;
 use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
@@ -30,8 +29,6 @@ use seen::Seen;
 
 /// An encoder that shows the same for so long is told of again.
 const AGAIN_AFTER: Duration = Duration::from_secs(10);
-/// Nobody reads faster.
-const EVERY_MIN: Duration = Duration::from_millis(10);
 
 /// Watch the encoders of a ring live: words, position, verdict
 ///
@@ -73,15 +70,6 @@ pub(crate) struct Arguments {
     lasting: Lasting,
     #[command(flatten)]
     output: Output,
-}
-
-fn every(text: &str) -> Result<Duration, String> {
-    let every = span(text)?;
-    if every < EVERY_MIN {
-        Err("less than 10 ms; `encoring log` looks more often".to_owned())
-    } else {
-        Ok(every)
-    }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {

@@ -86,7 +86,13 @@ impl Helped {
     fn typed(&self, example: &str) -> String {
         let example = example.split(" | jq").next().unwrap_or_default();
         let mut typed = played(&example.replace("--for 1d", "--for 10s"));
-        let goes_on = ["encoring watch ", "encoring log "].iter().any(|name| example.starts_with(name));
+        // Whoever else runs may hold the default port of the page.
+        if example.starts_with("encoring serve ") {
+            typed.push_str(" --web 0");
+        }
+        let goes_on = ["encoring watch ", "encoring log ", "encoring serve "]
+            .iter()
+            .any(|name| example.starts_with(name));
         if goes_on && !typed.contains("--for") {
             typed.push_str(" --for 300ms");
         }

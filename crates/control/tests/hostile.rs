@@ -32,13 +32,13 @@ fn every_single_byte_change_of_a_line_is_read_without_panic() {
     let units = Ring::start().controlled.units;
     let (mut read, mut refused) = (0, 0);
     for valid in VALID {
-        assert!(parse(valid, &units).command.is_ok(), "{valid}");
+        assert!(parse(valid, &units[..]).command.is_ok(), "{valid}");
         for at in 0..valid.len() {
             for byte in 0..=u8::MAX {
                 let mut changed = valid.as_bytes().to_vec();
                 changed[at] = byte;
                 let Ok(changed) = String::from_utf8(changed) else { continue };
-                match parse(&changed, &units).command {
+                match parse(&changed, &units[..]).command {
                     Ok(_) => read += 1,
                     Err(why) => refused += usize::from(!why.to_string().is_empty()),
                 }
@@ -53,7 +53,7 @@ fn every_truncation_is_refused() {
     let units = Ring::start().controlled.units;
     for valid in VALID {
         for end in 0..valid.len() {
-            assert!(parse(&valid[..end], &units).command.is_err(), "{}", &valid[..end]);
+            assert!(parse(&valid[..end], &units[..]).command.is_err(), "{}", &valid[..end]);
         }
     }
 }

@@ -3,7 +3,6 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 
-use axum::Router;
 use axum::body::{Body, to_bytes};
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -12,16 +11,19 @@ use axum::middleware;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{MethodRouter, get, post};
-use encoring_station::answer::{self, answer};
-use encoring_station::{ChangesSince, RingEvent, RingStopped};
+use axum::{Extension, Router};
+use encoring_station::answer::LineFate;
+use encoring_station::shown::AboutRing;
+use encoring_station::{ChangesSince, Permission, RingEvent, RingStopped};
 use futures_util::stream::{self, Stream};
 use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
 use tokio::task::spawn_blocking;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout};
 
 use crate::frames::Frame;
-use crate::shared::{BODY_BYTES_MAX, Shared};
+use crate::in_json::{given, in_json, refused, stopped};
+use crate::shared::{BODY_BYTES_MAX, Ends, Shared};
 use crate::{assets, guard, metrics, units};
 
 /// The most changes in one answer; the next ones are asked for then.
@@ -35,15 +37,17 @@ struct Way {
     handler: fn() -> MethodRouter<Shared>,
 }
 
-const WAYS: [Way; 8] = [
+const WAYS: [Way; 10] = [
     Way { path: "/healthz", method: "get", handler: || get(healthz) },
     Way { path: "/metrics", method: "get", handler: || get(metrics::metrics) },
     Way { path: "/api/state", method: "get", handler: || get(state) },
+    Way { path: "/api/about", method: "get", handler: || get(about) },
     Way { path: "/api/units", method: "get", handler: || get(units_of) },
     Way { path: "/api/history", method: "get", handler: || get(history) },
     Way { path: "/api/happened", method: "get", handler: || get(happened) },
     Way { path: "/api/events", method: "get", handler: || get(events) },
     Way { path: "/api/command", method: "post", handler: || post(command) },
+    Way { path: "/api/login", method: "post", handler: || post(login) },
 ];
 
 /// What is served, without a socket.
@@ -55,26 +59,8 @@ pub(crate) fn app(shared: Shared) -> Router {
         .with_state(shared)
 }
 
-/// An answer in JSON.
-pub(crate) fn in_json(status: StatusCode, text: String) -> Response {
-    (status, [(header::CONTENT_TYPE, "application/json")], text).into_response()
-}
-
-fn given(value: &impl Serialize) -> Response {
-    // Plain data with names for keys has no reason to fail.
-    in_json(StatusCode::OK, serde_json::to_string(value).unwrap_or_default())
-}
-
-fn refused(status: StatusCode, why: &str) -> Response {
-    in_json(status, answer::refusal(why))
-}
-
-fn stopped(stopped: RingStopped) -> Response {
-    refused(StatusCode::SERVICE_UNAVAILABLE, &stopped.to_string())
-}
-
 async fn healthz(State(shared): State<Shared>) -> Response {
-    match shared.controlled.ring.events(u64::MAX) {
+    match shared.ring.happened(u64::MAX) {
         Ok(_) => "ok\n".into_response(),
         Err(error) => stopped(error),
     }
@@ -88,7 +74,21 @@ async fn state(State(shared): State<Shared>) -> Response {
 }
 
 async fn units_of(State(shared): State<Shared>) -> Response {
-    in_json(StatusCode::OK, units::in_json(&shared.controlled.units))
+    in_json(StatusCode::OK, units::in_json(shared.ring.units()))
+}
+
+/// Which ring it is, and what may be done.
+#[derive(Serialize)]
+struct About {
+    #[serde(flatten)]
+    ring: AboutRing,
+    /// Whether verbs that change something are taken.
+    may_change: bool,
+}
+
+async fn about(State(shared): State<Shared>) -> Response {
+    let may_change = shared.permission == Permission::Change;
+    given(&About { ring: shared.ring.about(), may_change })
 }
 
 #[derive(Deserialize)]
@@ -107,12 +107,12 @@ async fn history(
         Ok(query) => query,
         Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
     };
-    let since: Option<ChangesSince> = shared.controlled.ring.history().since(position, from, CHANGES_MAX);
+    let since: Option<ChangesSince> = shared.ring.history().since(position, from, CHANGES_MAX);
     match since {
         Some(since) => given(&since),
         None => {
-            let last = shared.controlled.units.len().saturating_sub(1);
-            let why = format!("position {position}; the encoders are at 0 to {last}");
+            let last = shared.ring.units().last().map_or(0, |unit| unit.position);
+            let why = format!("position {position}; the last encoder is at {last}");
             refused(StatusCode::NOT_FOUND, &why)
         }
     }
@@ -133,7 +133,7 @@ async fn happened(
         Ok(query) => query,
         Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
     };
-    let kept: Result<Vec<RingEvent>, RingStopped> = shared.controlled.ring.events(from);
+    let kept: Result<Vec<RingEvent>, RingStopped> = shared.ring.happened(from);
     match kept {
         Ok(events) => given(&events),
         Err(error) => stopped(error),
@@ -167,33 +167,62 @@ fn until_stopped<T>(told: impl Stream<Item = T>, mut stopped: watch::Receiver<()
     told.take_until(async move { while stopped.changed().await.is_ok() {} })
 }
 
-/// One of the verbs of the control port, as one object of JSON.
-async fn command(State(shared): State<Shared>, body: Body) -> Response {
-    let read = timeout(shared.slow, to_bytes(body, BODY_BYTES_MAX)).await;
-    let bytes = match read {
+/// The body of a request, as text, if it comes whole and in time.
+async fn text_of(body: Body, shared: &Shared) -> Result<String, Response> {
+    let bytes = match timeout(shared.slow, to_bytes(body, BODY_BYTES_MAX)).await {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(_)) => {
             let why = format!("the body is broken off, or longer than {BODY_BYTES_MAX} bytes");
-            return refused(StatusCode::PAYLOAD_TOO_LARGE, &why);
+            return Err(refused(StatusCode::PAYLOAD_TOO_LARGE, &why));
         }
-        Err(_) => {
-            return refused(StatusCode::REQUEST_TIMEOUT, "the body did not come in time");
-        }
+        Err(_) => return Err(refused(StatusCode::REQUEST_TIMEOUT, "the body did not come in time")),
     };
-    let Ok(text) = String::from_utf8(bytes.into()) else {
-        return refused(StatusCode::BAD_REQUEST, "the body is not UTF-8");
+    let text = String::from_utf8(bytes.into());
+    text.map_err(|_| refused(StatusCode::BAD_REQUEST, "the body is not UTF-8"))
+}
+
+/// One of the verbs of the control port, as one object of JSON.
+async fn command(State(shared): State<Shared>, body: Body) -> Response {
+    let text = match text_of(body, &shared).await {
+        Ok(text) => text,
+        Err(refused) => return refused,
     };
-    let controlled = shared.controlled.clone();
-    let answered = spawn_blocking(move || answer(&text, &controlled)).await;
-    match answered {
-        Ok(answered) => {
-            let status = match answered.starts_with(r#"{"ok":true"#) {
-                true => StatusCode::OK,
-                false => StatusCode::BAD_REQUEST,
+    let (ring, permission) = (Arc::clone(&shared.ring), shared.permission);
+    match spawn_blocking(move || ring.told(&text, permission)).await {
+        Ok(told) => {
+            let status = match told.fate {
+                LineFate::Done => StatusCode::OK,
+                LineFate::Refused => StatusCode::BAD_REQUEST,
+                LineFate::Forbidden => StatusCode::FORBIDDEN,
             };
-            in_json(status, answered)
+            in_json(status, told.line)
         }
         Err(_) => stopped(RingStopped),
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Login {
+    token: String,
+}
+
+/// The token, as it was entered in the page: what is right is kept as a cookie that no script can read.
+async fn login(State(shared): State<Shared>, Extension(ends): Extension<Ends>, body: Body) -> Response {
+    let text = match text_of(body, &shared).await {
+        Ok(text) => text,
+        Err(refused) => return refused,
+    };
+    let Ok(Login { token }) = serde_json::from_str(&text) else {
+        return refused(StatusCode::BAD_REQUEST, "the body is no object with the key token");
+    };
+    match shared.access.enter(&token, ends.peer, Instant::now()) {
+        Ok(cookie) => {
+            let mut response = in_json(StatusCode::OK, r#"{"ok":true}"#.to_owned());
+            response.headers_mut().extend(cookie.map(|cookie| (header::SET_COOKIE, cookie)));
+            response
+        }
+        Err(entry) => guard::not_let_in(&shared.access, entry),
     }
 }
 

@@ -24,6 +24,8 @@ const ASSETS: &[Asset] = &[
     asset!("/texts/en.json", "texts/en.json", "application/json"),
     asset!("/texts/de.json", "texts/de.json", "application/json"),
     asset!("/js/main.js", "js/main.js", "text/javascript; charset=utf-8"),
+    asset!("/js/ask.js", "js/ask.js", "text/javascript; charset=utf-8"),
+    asset!("/js/login.js", "js/login.js", "text/javascript; charset=utf-8"),
     asset!("/js/api.js", "js/api.js", "text/javascript; charset=utf-8"),
     asset!("/js/dom.js", "js/dom.js", "text/javascript; charset=utf-8"),
     asset!("/js/texts.js", "js/texts.js", "text/javascript; charset=utf-8"),

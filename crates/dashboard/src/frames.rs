@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use encoring_station::{Controlled, RingStopped};
+use encoring_station::{RingStopped, ShownRing};
 use serde_json::{Map, Value, json};
 use tokio::sync::{Mutex, watch};
 use tokio::task::spawn_blocking;
@@ -38,7 +38,7 @@ impl Frame {
 
 /// The frames of a ring.
 pub(crate) struct Frames {
-    controlled: Controlled,
+    ring: Arc<dyn ShownRing>,
     latest: watch::Sender<Arc<Frame>>,
     /// Held by whoever makes the next one.
     making: Mutex<()>,
@@ -46,10 +46,10 @@ pub(crate) struct Frames {
 }
 
 impl Frames {
-    pub(crate) fn new(controlled: Controlled) -> Self {
-        let frames = 1 + controlled.units.len() / ENCODERS_OF_A_FRAME;
+    pub(crate) fn new(ring: Arc<dyn ShownRing>) -> Self {
+        let frames = 1 + ring.units().len() / ENCODERS_OF_A_FRAME;
         let every = FRAME * u32::try_from(frames).unwrap_or(1);
-        Self { controlled, latest: watch::Sender::default(), making: Mutex::default(), every }
+        Self { ring, latest: watch::Sender::default(), making: Mutex::default(), every }
     }
 
     /// A frame that is at most one frame old.
@@ -59,9 +59,9 @@ impl Frames {
         if latest.made.is_some_and(|made| made.elapsed() < self.every) {
             return Ok(latest);
         }
-        let controlled = self.controlled.clone();
+        let ring = Arc::clone(&self.ring);
         // Its thread is lost only with the runtime, and the ring goes with that.
-        let looked = spawn_blocking(move || next(&controlled, &latest)).await;
+        let looked = spawn_blocking(move || next(&*ring, &latest)).await;
         let frame = Arc::new(looked.map_err(|_| RingStopped)??);
         self.latest.send_replace(Arc::clone(&frame));
         Ok(frame)
@@ -91,13 +91,12 @@ impl Frames {
 }
 
 /// The frame after `before`.
-fn next(controlled: &Controlled, before: &Frame) -> Result<Frame, RingStopped> {
-    let view = controlled.ring.view()?;
-    let changes = controlled.ring.history().counts();
-    // Plain data with names for keys has no reason to fail.
-    let mut ring = serde_json::to_value(&view).unwrap_or_default();
+fn next(shown: &dyn ShownRing, before: &Frame) -> Result<Frame, RingStopped> {
+    let mut ring = shown.seen()?;
+    let changes = shown.history().counts();
     if let Some(devices) = ring.get_mut("devices").and_then(Value::as_array_mut).map(std::mem::take) {
-        let named = devices.into_iter().enumerate().map(|(position, device)| (position.to_string(), device));
+        let position = |device: &Value| device.get("position").and_then(Value::as_u64).unwrap_or_default();
+        let named = devices.into_iter().map(|device| (position(&device).to_string(), device));
         // By position, so that a patch can name one.
         let named = Value::Object(named.collect::<Map<_, _>>());
         if let Some(ring) = ring.as_object_mut() {

@@ -4,12 +4,20 @@
 //! machine. So a request must name a host that this page is known by, and whatever a browser says of where it comes
 //! from must be this page.
 
+use std::net::IpAddr;
+
+use axum::Extension;
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
-use crate::shared::Shared;
+use tokio::time::Instant;
+
+use crate::access::{Access, Entry};
+use crate::assets;
+use crate::in_json::refused;
+use crate::shared::{Ends, Shared};
 
 /// No script and no style but the page's own files, and nothing from elsewhere.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
@@ -36,6 +44,15 @@ pub(crate) enum Turned {
     /// As a form of any page can send it.
     #[error("the body must be application/json")]
     Kind,
+    /// It names no token.
+    #[error("a token is needed: as a bearer, or entered in the page")]
+    NoToken,
+    /// It names a wrong one.
+    #[error("this token is wrong")]
+    WrongToken,
+    /// There were too many wrong ones.
+    #[error("too many wrong tokens came from this address; try again in a minute")]
+    TooMany,
 }
 
 impl Turned {
@@ -44,6 +61,8 @@ impl Turned {
             Self::Host => StatusCode::MISDIRECTED_REQUEST,
             Self::Origin => StatusCode::FORBIDDEN,
             Self::Kind => StatusCode::UNSUPPORTED_MEDIA_TYPE,
+            Self::NoToken | Self::WrongToken => StatusCode::UNAUTHORIZED,
+            Self::TooMany => StatusCode::TOO_MANY_REQUESTS,
         }
     }
 }
@@ -67,11 +86,19 @@ fn name(authority: &str) -> String {
     name.to_ascii_lowercase()
 }
 
-/// Whether a request may be looked at.
-pub(crate) fn judge(method: &Method, uri: &Uri, headers: &HeaderMap, hosts: &[String]) -> Result<(), Turned> {
+/// Whether a request that came to the address `here` may be looked at.
+pub(crate) fn judge(
+    method: &Method,
+    uri: &Uri,
+    headers: &HeaderMap,
+    hosts: &[String],
+    here: IpAddr,
+) -> Result<(), Turned> {
     let host = one(headers, header::HOST).ok().flatten().ok_or(Turned::Host)?;
     let named = uri.authority().is_none_or(|authority| authority.as_str().eq_ignore_ascii_case(host));
-    if !named || !hosts.contains(&name(host)) {
+    let host_name = name(host);
+    // No name leads elsewhere that is an address.
+    if !named || !hosts.contains(&host_name) && host_name != here.to_string() {
         return Err(Turned::Host);
     }
     let origin = one(headers, header::ORIGIN).map_err(|()| Turned::Origin)?;
@@ -97,13 +124,64 @@ pub(crate) fn judge(method: &Method, uri: &Uri, headers: &HeaderMap, hosts: &[St
     Ok(())
 }
 
-/// Lets only those through that [`judge`] lets through, and tells every browser what it may do.
-pub(crate) async fn guard(State(shared): State<Shared>, request: Request, next: Next) -> Response {
-    let judged = judge(request.method(), request.uri(), request.headers(), &shared.hosts);
-    let mut response = match judged {
-        Ok(()) => next.run(request).await,
-        Err(turned) => (turned.status(), format!("{turned}\n")).into_response(),
+/// What is sent without a token: the files of the page, which hold nothing of the ring, the form's answer, and whether
+/// all is well.
+fn is_open(path: &str) -> bool {
+    matches!(path, "/healthz" | "/api/login") || assets::paths().any(|asset| asset == path)
+}
+
+/// An answer to a request that was turned away, which tells the browser to forget its cookie if it is of no use.
+fn turned_away(turned: Turned, access: &Access, entry: Entry) -> Response {
+    let mut response = refused(turned.status(), &turned.to_string());
+    let headers = response.headers_mut();
+    match entry {
+        Entry::TooMany { again_after } => {
+            headers.insert(header::RETRY_AFTER, HeaderValue::from(again_after.as_secs().max(1)));
+        }
+        _ => {
+            headers.insert(header::WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+        }
+    }
+    if entry == (Entry::WrongToken { forget: true })
+        && let Some(cookie) = access.forget()
+    {
+        headers.insert(header::SET_COOKIE, cookie);
+    }
+    response
+}
+
+/// The answer to whoever is not let in.
+pub(crate) fn not_let_in(access: &Access, entry: Entry) -> Response {
+    let turned = match entry {
+        Entry::TooMany { .. } => Turned::TooMany,
+        Entry::WrongToken { .. } => Turned::WrongToken,
+        Entry::NoToken | Entry::Open => Turned::NoToken,
     };
+    turned_away(turned, access, entry)
+}
+
+async fn let_in(shared: &Shared, ends: Ends, request: Request, next: Next) -> Response {
+    let judged = judge(request.method(), request.uri(), request.headers(), &shared.hosts, ends.here);
+    if let Err(turned) = judged {
+        return (turned.status(), format!("{turned}\n")).into_response();
+    }
+    if !is_open(request.uri().path()) {
+        let entry = shared.access.judge(request.headers(), ends.peer, Instant::now());
+        if entry != Entry::Open {
+            return not_let_in(&shared.access, entry);
+        }
+    }
+    next.run(request).await
+}
+
+/// Lets only those through that [`judge`] lets through and that name the token, and tells every browser what it may do.
+pub(crate) async fn guard(
+    State(shared): State<Shared>,
+    Extension(ends): Extension<Ends>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let mut response = let_in(&shared, ends, request, next).await;
     for (name, value) in TOLD {
         response.headers_mut().entry(name).or_insert(HeaderValue::from_static(value));
     }

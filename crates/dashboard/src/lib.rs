@@ -7,14 +7,17 @@
 //! One snapshot of the ring serves all who look at the same time (`frames`). Whoever does not read what is sent gets
 //! the newest next, and nothing is kept for them.
 
+mod access;
 mod api;
 mod assets;
 mod frames;
 mod guard;
+mod in_json;
 mod metrics;
 mod patch;
 mod server;
 mod shared;
 mod units;
 
+pub use access::{NotAToken, WebToken};
 pub use server::{ServedPage, WebOptions, start};

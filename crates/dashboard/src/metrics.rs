@@ -30,10 +30,6 @@ impl Metric {
     }
 }
 
-fn number(value: &Value, pointer: &str) -> u64 {
-    value.pointer(pointer).and_then(Value::as_u64).unwrap_or_default()
-}
-
 fn written(frame: &Frame, streams: usize) -> Result<String, fmt::Error> {
     let state = frame.state();
     let mut text = String::new();
@@ -48,22 +44,34 @@ fn written(frame: &Frame, streams: usize) -> Result<String, fmt::Error> {
             "/ring/counters/dropped_cycles",
         ),
         (Metric("encoring_cycle_nanoseconds", "gauge", "Time of one cycle."), "/ring/cycle_ns"),
+        (Metric("encoring_polls_total", "counter", "Polls of a ring behind a bus."), "/ring/polls"),
     ] {
-        metric.head(&mut text)?;
-        writeln!(text, "{} {}", metric.0, number(state, pointer))?;
+        // What nobody has counted is no 0.
+        if let Some(count) = state.pointer(pointer).and_then(Value::as_u64) {
+            metric.head(&mut text)?;
+            writeln!(text, "{} {count}", metric.0)?;
+        }
+    }
+    if let Some(up) = state.pointer("/ring/link/up").and_then(Value::as_bool) {
+        Metric("encoring_link_up", "gauge", "Whether there is a connection to the bus.").head(&mut text)?;
+        writeln!(text, "encoring_link_up {}", u8::from(up))?;
     }
     let none = Vec::new();
     let faults = state.pointer("/ring/diagnosis/segment_faults").and_then(Value::as_array).unwrap_or(&none);
-    Metric("encoring_segment_faults_total", "counter", "Faulty cycles located on a segment.")
-        .head(&mut text)?;
+    if !faults.is_empty() {
+        Metric("encoring_segment_faults_total", "counter", "Faulty cycles located on a segment.")
+            .head(&mut text)?;
+    }
     for (segment, count) in faults.iter().enumerate() {
         writeln!(text, "encoring_segment_faults_total{{segment=\"{segment}\"}} {count}")?;
     }
-    Metric("encoring_encoder_on", "gauge", "Whether an encoder has its supply.").head(&mut text)?;
+    if state.pointer("/ring/cycle_ns").is_some() {
+        Metric("encoring_encoder_on", "gauge", "Whether an encoder has its supply.").head(&mut text)?;
+    }
     for (position, device) in devices(state) {
-        let on = u8::from(device.get("on") == Some(&Value::Bool(true)));
+        let Some(on) = device.get("on").and_then(Value::as_bool) else { continue };
         let model = device.get("model").and_then(Value::as_str).unwrap_or_default();
-        writeln!(text, "encoring_encoder_on{{position=\"{position}\",model=\"{model}\"}} {on}")?;
+        writeln!(text, "encoring_encoder_on{{position=\"{position}\",model=\"{model}\"}} {}", u8::from(on))?;
     }
     Metric("encoring_encoder_position", "gauge", "The position in steps.").head(&mut text)?;
     for (position, device) in devices(state) {
@@ -83,6 +91,6 @@ fn written(frame: &Frame, streams: usize) -> Result<String, fmt::Error> {
 }
 
 /// The encoders by position.
-fn devices(state: &Value) -> impl Iterator<Item = (usize, &Value)> {
-    (0..).map_while(|position| Some((position, state.pointer(&format!("/ring/devices/{position}"))?)))
+fn devices(state: &Value) -> impl Iterator<Item = (&String, &Value)> {
+    state.pointer("/ring/devices").and_then(Value::as_object).into_iter().flatten()
 }

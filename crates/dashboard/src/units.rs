@@ -1,7 +1,7 @@
 //! What does not change of each encoder: what its model is and can.
 
-use encoring_encoder::Unit;
-use encoring_words::model::{Allowed, Effect, Sensor};
+use encoring_station::shown::ShownUnit;
+use encoring_words::model::{Allowed, Effect, Sensor, SensorKind};
 use serde::Serialize;
 
 /// An encoder as it was delivered.
@@ -10,11 +10,13 @@ struct UnitView {
     position: usize,
     model: &'static str,
     title: &'static str,
+    /// `rotary` or `linear`.
+    kind: &'static str,
     /// Of a shaft.
     steps_per_turn: Option<u32>,
     /// Of a rod.
     rod_um: Option<u32>,
-    firmware: String,
+    firmware: Option<String>,
     preset_inputs: usize,
     ssi: bool,
     /// Whether the position may be in Gray code, which service 01 chooses.
@@ -34,11 +36,12 @@ struct ServiceView {
 }
 
 impl UnitView {
-    fn of(position: usize, unit: &Unit) -> Self {
-        let model = unit.model();
-        let (steps_per_turn, rod_um) = match unit.sensor() {
-            Sensor::Rotary { steps_per_turn } => (Some(steps_per_turn), None),
-            Sensor::Linear { rod_um } => (None, Some(rod_um)),
+    fn of(unit: ShownUnit) -> Self {
+        let ShownUnit { position, model, sensor, firmware } = unit;
+        let (steps_per_turn, rod_um) = match sensor {
+            Some(Sensor::Rotary { steps_per_turn }) => (Some(steps_per_turn), None),
+            Some(Sensor::Linear { rod_um }) => (None, Some(rod_um)),
+            None => (None, None),
         };
         let services = model.services().iter().map(|listed| ServiceView {
             number: listed.service.number(),
@@ -51,9 +54,13 @@ impl UnitView {
             position,
             model: model.name(),
             title: model.title(),
+            kind: match model.sensor_kind() {
+                SensorKind::Rotary => "rotary",
+                SensorKind::Linear => "linear",
+            },
             steps_per_turn,
             rod_um,
-            firmware: unit.firmware.to_string(),
+            firmware,
             preset_inputs: model.preset_inputs().len(),
             ssi: model.has_ssi_output(),
             gray: model.position_may_be_gray(),
@@ -64,9 +71,8 @@ impl UnitView {
 }
 
 /// All of them, as JSON.
-pub(crate) fn in_json(units: &[Unit]) -> String {
-    let views: Vec<UnitView> =
-        units.iter().enumerate().map(|(position, unit)| UnitView::of(position, unit)).collect();
+pub(crate) fn in_json(units: Vec<ShownUnit>) -> String {
+    let views: Vec<UnitView> = units.into_iter().map(UnitView::of).collect();
     // Plain data with names for keys has no reason to fail.
     serde_json::to_string(&views).unwrap_or_default()
 }

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::PathBuf;
 
+use encoring_bus::Judgement;
 use encoring_host::referee::RULES;
 
 type Texts = BTreeMap<String, String>;
@@ -92,14 +93,19 @@ fn every_text_that_a_script_asks_for_is_there_and_every_text_is_asked_for() {
 }
 
 #[test]
-fn every_service_status_register_bit_and_rule_has_its_text() {
+fn every_service_status_register_bit_verdict_and_rule_has_its_text() {
     let english = texts("en");
     for service in 0..16 {
         assert!(english.contains_key(&format!("service.{service}")));
         assert!(english.contains_key(&format!("status.{service}")));
     }
     for rule in RULES {
-        assert!(english.contains_key(&format!("broken.{}", rule.name())), "{}", rule.name());
+        for kind in ["broken", "advice"] {
+            assert!(english.contains_key(&format!("{kind}.{}", rule.name())), "{kind} {}", rule.name());
+        }
+    }
+    for verdict in Judgement::WORDS {
+        assert!(english.contains_key(&format!("worth.{verdict}")), "{verdict}");
     }
     for (_, name) in encoring_ring::diagnostics::STATUS_BITS {
         assert!(english.contains_key(&format!("register.{name}")), "{name}");

@@ -1,132 +1,15 @@
 //! The page's server over real sockets: what it serves, what it refuses, and what it costs the ring.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "a test may panic")]
 
+mod common;
+
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::net::TcpStream;
 use std::time::Duration;
 
-use encoring_dashboard::{ServedPage, WebOptions, start};
-use encoring_sim::{Scenario, World};
-use encoring_station::{Controlled, Options, RefereeMode, Speed, Station};
+use common::{Page, described, description, free};
+use encoring_dashboard::WebOptions;
 use serde_json::{Value, json};
-
-struct Page {
-    controlled: Controlled,
-    address: SocketAddr,
-    served: ServedPage,
-    _station: Station,
-}
-
-/// An answer, taken apart.
-struct Answer {
-    status: u16,
-    head: String,
-    body: String,
-}
-
-impl Answer {
-    fn json(&self) -> Value {
-        serde_json::from_str(&self.body).unwrap()
-    }
-}
-
-impl Page {
-    fn start() -> Self {
-        Self::with(&WebOptions::default())
-    }
-
-    fn with(options: &WebOptions) -> Self {
-        let scenario = Scenario::built_in().unwrap();
-        let units = scenario.devices.iter().map(|device| device.unit).collect();
-        let speed = Options { speed: Speed::Max, referee: RefereeMode::On, ..Options::default() };
-        let station = Station::start(World::new(&scenario).unwrap(), speed).unwrap();
-        let controlled = Controlled { ring: station.handle().clone(), units, gateway: None };
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = listener.local_addr().unwrap();
-        let served = start(listener, controlled.clone(), options).unwrap();
-        Self { controlled, address, served, _station: station }
-    }
-
-    /// Sends these bytes and reads until the other side closes.
-    fn raw(&self, bytes: &[u8]) -> String {
-        let mut stream = TcpStream::connect(self.address).unwrap();
-        // A server that has said its last word takes no more.
-        let _ = stream.write_all(bytes);
-        let mut answer = Vec::new();
-        // Closed over unread bytes it is reset; what came before counts.
-        let _ = stream.read_to_end(&mut answer);
-        String::from_utf8(answer).unwrap()
-    }
-
-    fn send(&self, line: &str, headers: &str, body: &str) -> Answer {
-        let text = self.raw(
-            format!(
-                "{line} HTTP/1.1\r\n{headers}Content-Length: {}\r\nConnection: close\r\n\r\n{body}",
-                body.len()
-            )
-            .as_bytes(),
-        );
-        let (head, body) = text.split_once("\r\n\r\n").unwrap_or_else(|| panic!("no head in {text:?}"));
-        let status = head.split(' ').nth(1).unwrap().parse().unwrap();
-        Answer { status, head: head.to_ascii_lowercase(), body: body.to_owned() }
-    }
-
-    fn get(&self, path: &str) -> Answer {
-        self.send(&format!("GET {path}"), &format!("Host: {}\r\n", self.address), "")
-    }
-
-    fn command(&self, verb: &Value) -> Answer {
-        let headers = format!(
-            "Host: {0}\r\nOrigin: http://{0}\r\nSec-Fetch-Site: same-origin\r\nContent-Type: application/json\r\n",
-            self.address
-        );
-        self.send("POST /api/command", &headers, &verb.to_string())
-    }
-}
-
-fn description() -> Value {
-    serde_json::from_str(include_str!("../assets/openapi.json")).unwrap()
-}
-
-/// Fails where a value is not as it is described, or where it lacks something that is.
-fn described(value: &Value, schema: &Value, whole: &Value, place: &str) {
-    if let Some(name) = schema["$ref"].as_str() {
-        return described(value, whole.pointer(name.trim_start_matches('#')).unwrap(), whole, place);
-    }
-    if let Some(options) = schema["oneOf"].as_array() {
-        let null = value.is_null();
-        let fits = |option: &&Value| (option["type"] == "null") == null;
-        return described(value, options.iter().find(fits).unwrap(), whole, place);
-    }
-    match schema["type"].as_str().unwrap() {
-        "object" => {
-            let object = value.as_object().unwrap_or_else(|| panic!("{place}: {value}"));
-            let none = serde_json::Map::new();
-            let properties = schema["properties"].as_object().unwrap_or(&none);
-            for name in schema["required"].as_array().into_iter().flatten() {
-                assert!(object.contains_key(name.as_str().unwrap()), "{place} lacks {name}");
-            }
-            for (key, value) in object {
-                let place = format!("{place}.{key}");
-                match (properties.get(key), &schema["additionalProperties"]) {
-                    (Some(schema), _) => described(value, schema, whole, &place),
-                    (None, Value::Bool(true)) => {}
-                    (None, other @ Value::Object(_)) => described(value, other, whole, &place),
-                    (None, _) => panic!("{place} is not described"),
-                }
-            }
-        }
-        "array" => {
-            let list = value.as_array().unwrap_or_else(|| panic!("{place}: {value}"));
-            list.iter().for_each(|value| described(value, &schema["items"], whole, place));
-        }
-        "integer" => assert!(value.is_i64() || value.is_u64(), "{place}: {value}"),
-        "string" => assert!(value.is_string(), "{place}: {value}"),
-        "boolean" => assert!(value.is_boolean(), "{place}: {value}"),
-        "null" => assert!(value.is_null(), "{place}: {value}"),
-        other => panic!("{place}: type {other}"),
-    }
-}
 
 #[test]
 fn every_answer_is_as_the_description_says() {
@@ -138,7 +21,8 @@ fn every_answer_is_as_the_description_says() {
     // Data and service bit at once, which no program may do.
     page.command(&json!({ "verb": "out", "position": 2, "word": "C200270F" }));
     while page.get("/api/state").json()["ring"]["referee"]["findings"][0].is_null() {}
-    for path in ["/api/state", "/api/units", "/api/history?position=1", "/api/happened?from=0"] {
+    for path in ["/api/state", "/api/units", "/api/about", "/api/history?position=1", "/api/happened?from=0"]
+    {
         let answer = page.get(path);
         assert_eq!(answer.status, 200, "{path}: {}", answer.body);
         let plain = path.split('?').next().unwrap();
@@ -157,7 +41,10 @@ fn every_answer_is_as_the_description_says() {
     let verbs = &whole["paths"]["/api/command"]["post"]["requestBody"]["content"]["application/json"]["schema"]
         ["properties"]["verb"]["enum"];
     let help = page.command(&json!({ "verb": "help" })).json();
-    let names: Vec<&Value> = help["verbs"].as_array().unwrap().iter().map(|verb| &verb["verb"]).collect();
+    let mut names: Vec<&Value> = help["verbs"].as_array().unwrap().iter().map(|verb| &verb["verb"]).collect();
+    // That of a ring behind a bus.
+    let acknowledge = json!("acknowledge");
+    names.insert(names.len() - 2, &acknowledge);
     assert_eq!(&json!(names), verbs);
 }
 
@@ -297,7 +184,7 @@ fn what_is_too_long_or_no_request_is_refused_and_the_page_goes_on() {
 
 #[test]
 fn who_is_slow_is_closed() {
-    let options = WebOptions { slow: Duration::from_millis(100), ..WebOptions::default() };
+    let options = WebOptions { slow: Duration::from_millis(100), ..free() };
     let page = Page::with(&options);
     // It ends only when the other side closes.
     let head = page.raw(b"GET / HTTP/1.1\r\nHost: 127");

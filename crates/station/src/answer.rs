@@ -4,18 +4,63 @@ use serde::Serialize;
 use serde_json::value::RawValue;
 
 use crate::controlled::Controlled;
-use crate::verbs::{Given, Refused, VERBS, parse, shortened};
+use crate::polled_view::PolledView;
+use crate::verbs::{Command, Encoders, Given, Permission, Refused, VERBS, parse, shortened};
 use crate::view::View;
 
 /// The longest message of an answer, in characters; a message quotes what a peer sent.
 const MESSAGE_CHARS_MAX: usize = 512;
 
+/// What became of a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LineFate {
+    /// It was done.
+    Done,
+    /// It was not.
+    Refused,
+    /// Whoever said it may only look.
+    Forbidden,
+}
+
+/// The answer to a line, without its end, and what became of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ToldBack {
+    /// One object of JSON.
+    pub line: String,
+    /// What became of it.
+    pub fate: LineFate,
+}
+
 /// Reads one line, does what it asks and gives the answer, without its end. Waits for the ring for up to a cycle.
 #[must_use]
 pub fn answer(text: &str, controlled: &Controlled) -> String {
-    let request = parse(text, &controlled.units);
-    let result = request.command.and_then(|command| command.obey(controlled));
-    answered(request.id, &result)
+    answer_within(text, controlled, Permission::Change).line
+}
+
+/// The same for somebody who may not do everything.
+#[must_use]
+pub fn answer_within(text: &str, controlled: &Controlled, permission: Permission) -> ToldBack {
+    told_back(text, Encoders::Simulated(&controlled.units), permission, |command| command.obey(controlled))
+}
+
+/// The same for a ring of any kind, which `obey`s.
+pub(crate) fn told_back(
+    text: &str,
+    encoders: Encoders<'_>,
+    permission: Permission,
+    obey: impl FnOnce(Command) -> Result<Given, Refused>,
+) -> ToldBack {
+    let request = parse(text, encoders);
+    let result = request.command.and_then(|command| match (permission, command.changes()) {
+        (Permission::Look, true) => Err(Refused::OnlyLooks),
+        _ => obey(command),
+    });
+    let fate = match result {
+        Ok(_) => LineFate::Done,
+        Err(Refused::OnlyLooks) => LineFate::Forbidden,
+        Err(_) => LineFate::Refused,
+    };
+    ToldBack { line: answered(request.id, &result, encoders), fate }
 }
 
 /// The answer to what was not even read, with the reason.
@@ -39,6 +84,7 @@ enum Content<'a> {
     Done {},
     Reply { reply: ReplyView },
     View { view: &'a View },
+    PolledView { view: &'a PolledView },
     GatewayFaults { faults: &'a [String] },
     Help { verbs: Vec<Help> },
     Refused { error: String },
@@ -59,16 +105,19 @@ struct Help {
     examples: Vec<&'static RawValue>,
 }
 
-fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
+fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>, encoders: Encoders<'_>) -> String {
     let content = match result {
         Ok(Given::Done) => Content::Done {},
         Ok(Given::Reply { reply, error_before }) => Content::Reply {
             reply: ReplyView { data: reply.data, error: reply.error, error_before: *error_before },
         },
         Ok(Given::View(view)) => Content::View { view },
+        Ok(Given::PolledView(view)) => Content::PolledView { view },
         Ok(Given::GatewayFaults(faults)) => Content::GatewayFaults { faults },
         Ok(Given::Help) => Content::Help {
             verbs: VERBS
+                .iter()
+                .filter(|verb| encoders.take(verb))
                 .map(|verb| Help {
                     verb: verb.name,
                     does: (verb.does)(),
@@ -78,7 +127,7 @@ fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>) -> String {
                         .filter_map(|text| serde_json::from_str(text).ok())
                         .collect(),
                 })
-                .into(),
+                .collect(),
         },
         Err(refused) => Content::Refused { error: shortened(&refused.to_string(), MESSAGE_CHARS_MAX) },
     };

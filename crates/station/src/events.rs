@@ -7,11 +7,12 @@ use std::time::Duration as Real;
 
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::{Master, Verdict};
-use encoring_words::{Duration, Instant};
+use encoring_words::{Duration, Instant, OutWord};
 use serde::{Serialize, Serializer};
 
 use crate::finding::FindingView;
 use crate::json;
+use crate::polled_view::MasterSays;
 
 /// How many events are kept; whoever asks too rarely misses the oldest, and sees it by their numbers.
 pub const EVENTS_KEPT: usize = 256;
@@ -80,6 +81,63 @@ pub enum Happened {
         /// Its ring position.
         position: usize,
     },
+    /// There is a connection to the bus.
+    LinkUp,
+    /// It is gone.
+    LinkDown {
+        /// After how long, and why.
+        #[serde(rename = "text")]
+        problem: String,
+    },
+    /// It could not be made, the first time of several.
+    LinkFailed {
+        /// Why.
+        #[serde(rename = "text")]
+        problem: String,
+    },
+    /// The master says that the ring stands still.
+    RingStands {
+        /// What it says.
+        #[serde(flatten)]
+        says: MasterSays,
+    },
+    /// It has run again for a second.
+    RingRuns {
+        /// How often it was seen to stop.
+        times: u32,
+        /// What the master says.
+        #[serde(flatten)]
+        says: MasterSays,
+    },
+    /// The master says something else than before.
+    MasterSays {
+        /// What.
+        #[serde(flatten)]
+        says: MasterSays,
+    },
+    /// A data cycle was faulty, and the ring ran on.
+    FaultyCycle {
+        /// What the master says.
+        #[serde(flatten)]
+        says: MasterSays,
+    },
+    /// What the master says could not be read.
+    MasterUnread,
+    /// An encoder shows what stops a machine.
+    Doubted {
+        /// Its ring position.
+        position: usize,
+        /// What its word is worth.
+        verdict: &'static str,
+    },
+    /// After a service from here the service bit was not seen gone.
+    ServiceBitLeft {
+        /// The ring position of the encoder.
+        position: usize,
+        /// The word that may still stand on OUT.
+        #[serde(serialize_with = "json::text")]
+        out: OutWord,
+    },
     /// The recording broke off; what was written stays, and the ring goes on.
     RecordingEnded {
         /// Why.
@@ -92,7 +150,13 @@ impl Happened {
     /// `true` for what is lost outside the ring if nobody does anything.
     #[must_use]
     pub const fn is_trouble(&self) -> bool {
-        matches!(self, Self::MemoryNotSaved { .. } | Self::RecordingEnded { .. } | Self::WritesLost { .. })
+        matches!(
+            self,
+            Self::MemoryNotSaved { .. }
+                | Self::RecordingEnded { .. }
+                | Self::WritesLost { .. }
+                | Self::ServiceBitLeft { .. }
+        )
     }
 }
 
@@ -140,6 +204,23 @@ impl fmt::Display for RingEvent {
                 write!(f, "the memory of position {position} is not saved: {problem}")
             }
             Happened::RecordingEnded { problem } => write!(f, "the recording broke off: {problem}"),
+            Happened::LinkUp => f.write_str("connected"),
+            Happened::LinkDown { problem } | Happened::LinkFailed { problem } => f.write_str(problem),
+            Happened::RingStands { says } => write!(f, "the ring stands still; {says}"),
+            Happened::RingRuns { times, says } => {
+                write!(f, "the ring runs again, it stood still {times} times; {says}")
+            }
+            Happened::MasterSays { says } => says.fmt(f),
+            Happened::FaultyCycle { says } => write!(f, "a data cycle was faulty; {says}"),
+            Happened::MasterUnread => f.write_str("what the ring's master says could not be read"),
+            Happened::Doubted { position, verdict } => {
+                write!(f, "position {position}: {}", verdict.replace('_', " "))
+            }
+            Happened::ServiceBitLeft { position, out } => write!(
+                f,
+                "position {position}: OUT may still hold {out}, with the service bit; `encoring release --at \
+                 {position}` shows it and clears it"
+            ),
             Happened::MemorySaved { position } => {
                 write!(f, "the memory of position {position} is saved again")
             }

@@ -3,10 +3,14 @@
 //! A service takes a few cycles and whoever looks does so some twenty times a second. So each change of the OUT word
 //! and of the upper byte of the IN word is kept with its time, for each encoder by itself. The data of the IN word are
 //! no change: a shaft that turns would fill everything.
+//!
+//! Behind a bus only polls are seen. Then a change says how long before it the words were last looked at, and which
+//! phases of the handshake lie between the two looks.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use encoring_bus::watch::HandshakePhase;
 use encoring_words::{InWord, Instant, OutWord};
 use serde::{Serialize, Serializer};
 
@@ -69,8 +73,10 @@ impl Serialize for ServiceStep {
 pub struct WordChange {
     /// Counted from 0 for each encoder, without a gap.
     pub number: u64,
-    /// The end of that cycle: time on the ring in nanoseconds.
+    /// The end of that cycle, or of that poll: time on the ring, or on the bus, in nanoseconds.
     pub time_ns: u64,
+    /// How long before that the words were last seen; 0 if never.
+    pub within_ns: u64,
     /// The OUT word that the cycle carried.
     #[serde(serialize_with = "json::text")]
     pub out: OutWord,
@@ -81,6 +87,25 @@ pub struct WordChange {
     pub out_step: Option<ServiceStep>,
     /// The step that the encoder has taken.
     pub in_step: Option<ServiceStep>,
+    /// The phases of the handshake between this look and the one before that no look has seen, by the manuals' number
+    /// of the step that begins them. Empty where every cycle is seen.
+    pub unseen: &'static [u8],
+}
+
+/// The phases that lie between two that polls saw.
+const fn between(was: HandshakePhase, is: HandshakePhase) -> &'static [u8] {
+    use HandshakePhase::{Acknowledged, Ending, Normal, Requested};
+    match (was, is) {
+        (Normal, Acknowledged) => &[2],
+        (Requested, Ending) => &[3],
+        (Acknowledged, Normal) => &[4],
+        (Ending, Requested) => &[1],
+        (Normal, Ending) => &[2, 3],
+        (Requested, Normal) => &[3, 4],
+        (Acknowledged, Requested) => &[4, 1],
+        (Ending, Acknowledged) => &[1, 2],
+        _ => &[],
+    }
 }
 
 /// The changes of an encoder from some number on.
@@ -146,17 +171,34 @@ impl WordHistory {
     }
 }
 
+/// How often the words are looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Looks {
+    /// Every cycle of the ring.
+    EveryCycle,
+    /// Now and then.
+    Polls,
+}
+
+/// What an encoder's words were, and when.
+#[derive(Clone, Copy, Debug, Default)]
+struct LastWords {
+    at: Option<Instant>,
+    out: OutWord,
+    input: InWord,
+}
+
 /// Finds the changes of a ring.
 #[derive(Debug)]
 pub(crate) struct Watched {
     history: WordHistory,
-    /// The words of the last cycle.
-    last: Vec<(OutWord, InWord)>,
+    looks: Looks,
+    last: Vec<LastWords>,
 }
 
 impl Watched {
-    pub(crate) fn new(encoders: usize) -> Self {
-        Self { history: WordHistory::new(encoders), last: vec![Default::default(); encoders] }
+    pub(crate) fn new(encoders: usize, looks: Looks) -> Self {
+        Self { history: WordHistory::new(encoders), looks, last: vec![LastWords::default(); encoders] }
     }
 
     pub(crate) const fn history(&self) -> &WordHistory {
@@ -165,23 +207,35 @@ impl Watched {
 
     /// Takes the words of a cycle.
     pub(crate) fn cycled(&mut self, at: Instant, out: &[OutWord], input: &[InWord]) {
-        let words = out.iter().copied().zip(input.iter().copied());
-        for (position, (last, now)) in self.last.iter_mut().zip(words).enumerate() {
-            let ((out_was, in_was), (out, input)) = (*last, now);
-            *last = now;
-            if out_was == out && in_was.0 >> 24 == input.0 >> 24 {
-                continue;
-            }
-            if let Some(changes) = self.history.encoders().get_mut(position) {
-                changes.push(WordChange {
-                    number: changes.next,
-                    time_ns: at.as_nanos(),
-                    out,
-                    input,
-                    out_step: ServiceStep::of_out(out_was, out),
-                    in_step: ServiceStep::of_input(in_was, input),
-                });
-            }
+        for (position, (out, input)) in out.iter().copied().zip(input.iter().copied()).enumerate() {
+            self.saw(at, position, out, input);
+        }
+    }
+
+    /// Takes the words of the encoder at a position.
+    pub(crate) fn saw(&mut self, at: Instant, position: usize, out: OutWord, input: InWord) {
+        let Some(last) = self.last.get_mut(position) else { return };
+        let was = std::mem::replace(last, LastWords { at: Some(at), out, input });
+        // The first poll finds whatever stands there.
+        let is_found = self.looks == Looks::Polls && was.at.is_none();
+        if is_found || was.out == out && was.input.0 >> 24 == input.0 >> 24 {
+            return;
+        }
+        let phases = (HandshakePhase::of(was.out, was.input), HandshakePhase::of(out, input));
+        if let Some(changes) = self.history.encoders().get_mut(position) {
+            changes.push(WordChange {
+                number: changes.next,
+                time_ns: at.as_nanos(),
+                within_ns: was.at.map_or(0, |was| at.since(was).as_nanos()),
+                out,
+                input,
+                out_step: ServiceStep::of_out(was.out, out),
+                in_step: ServiceStep::of_input(was.input, input),
+                unseen: match self.looks {
+                    Looks::EveryCycle => &[],
+                    Looks::Polls => between(phases.0, phases.1),
+                },
+            });
         }
     }
 }
@@ -192,7 +246,7 @@ mod tests {
 
     /// The steps that are seen when an encoder's words run through these.
     fn steps(words: &[(u32, u32)]) -> Vec<(Option<u8>, Option<u8>)> {
-        let mut watched = Watched::new(1);
+        let mut watched = Watched::new(1, Looks::EveryCycle);
         for (k, (out, input)) in words.iter().enumerate() {
             watched.cycled(Instant(k as u64), &[OutWord(*out)], &[InWord(*input)]);
         }
@@ -228,7 +282,7 @@ mod tests {
 
     #[test]
     fn the_oldest_changes_go_first_and_how_many_are_missing_is_told() {
-        let mut watched = Watched::new(2);
+        let mut watched = Watched::new(2, Looks::EveryCycle);
         for k in 0..CHANGES_KEPT as u64 + 10 {
             watched.cycled(Instant(k), &[OutWord(0), OutWord(k as u32 + 1)], &[InWord(0); 2]);
         }
@@ -246,5 +300,27 @@ mod tests {
         }
         assert_eq!(history.since(0, 0, 100).unwrap(), ChangesSince::default());
         assert_eq!(history.since(2, 0, 100), None);
+    }
+
+    #[test]
+    fn polls_say_which_phases_no_poll_has_seen_and_since_when() {
+        let mut watched = Watched::new(1, Looks::Polls);
+        for (ms, out, input) in [
+            (0, 0x0200_0000, 5),
+            (10, 0x8200_0000, 5),
+            (20, 0x8200_0000, 0x8200_270F),
+            // Released and ended between two polls; then a whole service that nobody saw, and one half seen.
+            (35, 0x0200_0000, 6),
+            (45, 0x0200_0000, 7),
+            (55, 0x8800_0000, 0x8800_0000),
+        ] {
+            watched.saw(Instant(ms * 1_000_000), 0, OutWord(out), InWord(input));
+        }
+        let seen = watched.history().since(0, 0, 9).unwrap().changes;
+        let unseen: Vec<_> =
+            seen.iter().map(|change| (change.within_ns / 1_000_000, change.unseen)).collect();
+        assert_eq!(unseen, [(10, &[][..]), (10, &[]), (15, &[4]), (10, &[2])]);
+        let steps: Vec<_> = seen.iter().map(|change| (change.out_step, change.in_step)).collect();
+        assert_eq!(steps[2], (Some(ServiceStep::Released), Some(ServiceStep::Ended)));
     }
 }

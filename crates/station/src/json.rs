@@ -29,6 +29,14 @@ pub(crate) fn hex<S: Serializer>(word: &u16, serializer: S) -> Result<S::Ok, S::
     serializer.collect_str(&format_args!("{word:04X}"))
 }
 
+/// Four hex digits, or `null`.
+pub(crate) fn maybe_hex<S: Serializer>(word: &Option<u16>, serializer: S) -> Result<S::Ok, S::Error> {
+    match word {
+        Some(word) => hex(word, serializer),
+        None => serializer.serialize_none(),
+    }
+}
+
 /// Four hex digits.
 pub(crate) fn status<S: Serializer>(status: &ErrorStatus, serializer: S) -> Result<S::Ok, S::Error> {
     hex(&status.bits(), serializer)

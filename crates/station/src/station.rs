@@ -15,7 +15,7 @@ use encoring_words::{Duration, OutWord};
 
 use crate::bus_seen::BusSeen;
 use crate::events::{Events, Happened, Kept, RingEvent};
-use crate::history::{Watched, WordHistory};
+use crate::history::{Looks, Watched, WordHistory};
 use crate::pace::{Pace, Speed};
 use crate::recording::Recorder;
 use crate::refereeing::{RefereeMode, Refereeing};
@@ -107,7 +107,7 @@ impl Station {
     pub fn start(mut world: World, options: Options) -> io::Result<Self> {
         let image = ProcessImage::new(world.places().len()).map_err(io::Error::other)?;
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
-        let (events, watched) = (Events::new(), Watched::new(image.encoders()));
+        let (events, watched) = (Events::new(), Watched::new(image.encoders(), Looks::EveryCycle));
         let handle = Handle {
             image: SharedImage::new(image),
             events: Arc::clone(events.kept()),

@@ -3,7 +3,6 @@
 //! An object is judged as a whole before anything is done. Keys that are unknown or named twice are refused, so a
 //! typing error never goes unnoticed.
 
-use encoring_encoder::Unit;
 use encoring_host::{Outcome, Reply, Request};
 use encoring_sim::Fault;
 use encoring_sim::scenario::Change;
@@ -11,11 +10,14 @@ use encoring_words::{Duration, OutWord};
 use serde_json::value::RawValue;
 
 use crate::controlled::Controlled;
+use crate::polled_view::PolledView;
 use crate::view::View;
 use object::Envelope;
 
+pub use encoders::Encoders;
 pub use refused::Refused;
 
+mod encoders;
 mod object;
 mod refused;
 
@@ -29,6 +31,15 @@ pub struct ReadLine<'a> {
     pub id: Option<&'a RawValue>,
     /// What is asked.
     pub command: Result<Command, Refused>,
+}
+
+/// What whoever says a verb may do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Permission {
+    /// Only look.
+    Look,
+    /// Change something too.
+    Change,
 }
 
 /// Something that can be done as it stands.
@@ -78,6 +89,11 @@ pub enum Command {
     },
     /// Lists the faults of the gateway.
     GatewayFaults,
+    /// Takes the next position as it comes: somebody knows why the one before has jumped.
+    Acknowledge {
+        /// The ring position of the encoder.
+        position: usize,
+    },
     /// Shows the whole ring.
     View,
     /// Lists the verbs.
@@ -98,23 +114,39 @@ pub enum Given {
     },
     /// The ring at this moment.
     View(Box<View>),
+    /// A ring behind a bus, as the last poll saw it.
+    PolledView(Box<PolledView>),
     /// What the gateway does wrong.
     GatewayFaults(Vec<String>),
     /// The verbs.
     Help,
 }
 
+/// Which rings a verb is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SaidTo {
+    /// Every one.
+    Any,
+    /// One that is simulated in this process.
+    Simulated,
+    /// One behind a bus.
+    Polled,
+}
+
 /// A verb as `help` tells it.
 pub(crate) struct Verb {
     pub(crate) name: &'static str,
-    read: fn(&str, &[Unit]) -> Result<Command, Refused>,
+    /// Where there is something that it could change or show.
+    pub(crate) said_to: SaidTo,
+    read: fn(&str, Encoders<'_>) -> Result<Command, Refused>,
     pub(crate) does: fn() -> String,
     pub(crate) examples: &'static [&'static str],
 }
 
-pub(crate) const VERBS: [Verb; 7] = [
+pub(crate) const VERBS: [Verb; 8] = [
     Verb {
         name: "set",
+        said_to: SaidTo::Simulated,
         read: object::set,
         does: || {
             "changes what surrounds the encoder at position: supply_v, eeprom, magnet, raw or motion, preset1_v, \
@@ -130,12 +162,14 @@ pub(crate) const VERBS: [Verb; 7] = [
     },
     Verb {
         name: "out",
+        said_to: SaidTo::Any,
         read: object::out,
         does: || "writes the whole OUT word of the encoder at position, in any spelling of a word".to_owned(),
         examples: &[r#"{"verb":"out","position":1,"word":"4200270F"}"#],
     },
     Verb {
         name: "service",
+        said_to: SaidTo::Any,
         read: object::service,
         does: || {
             "carries a service out at position, from the data on OUT to the position again, and gives the reply; with \
@@ -150,6 +184,7 @@ pub(crate) const VERBS: [Verb; 7] = [
     },
     Verb {
         name: "line",
+        said_to: SaidTo::Simulated,
         read: object::line,
         does: || {
             let kinds = Fault::forms(Fault::is_of_line);
@@ -166,6 +201,7 @@ pub(crate) const VERBS: [Verb; 7] = [
     },
     Verb {
         name: "gateway",
+        said_to: SaidTo::Simulated,
         read: |text, _| object::gateway(text),
         does: || {
             "makes the Modbus server misbehave as gateways do: fault begins a fault, in the form that sim --gateway-fault \
@@ -181,13 +217,25 @@ pub(crate) const VERBS: [Verb; 7] = [
         ],
     },
     Verb {
+        name: "acknowledge",
+        said_to: SaidTo::Polled,
+        read: object::acknowledge,
+        does: || {
+            "takes the next position at position as it comes, once it is known why the one before has jumped"
+                .to_owned()
+        },
+        examples: &[r#"{"verb":"acknowledge","position":1}"#],
+    },
+    Verb {
         name: "view",
+        said_to: SaidTo::Any,
         read: |text, _| object::bare(text, Command::View),
         does: || "shows the whole ring at one moment".to_owned(),
         examples: &[r#"{"verb":"view"}"#],
     },
     Verb {
         name: "help",
+        said_to: SaidTo::Any,
         read: |text, _| object::bare(text, Command::Help),
         does: || "lists the verbs; every line may have an id, which its answer has too".to_owned(),
         examples: &[r#"{"verb":"help","id":1}"#],
@@ -195,12 +243,14 @@ pub(crate) const VERBS: [Verb; 7] = [
 ];
 
 fn names() -> String {
-    VERBS.map(|verb| verb.name).join(", ")
+    let everywhere = VERBS.iter().filter(|verb| verb.said_to != SaidTo::Polled);
+    everywhere.map(|verb| verb.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Reads one line. Nothing is done yet.
+/// Reads one line that is said to these encoders. Nothing is done yet.
 #[must_use]
-pub fn parse<'a>(text: &'a str, units: &[Unit]) -> ReadLine<'a> {
+pub fn parse<'a, 'e>(text: &'a str, encoders: impl Into<Encoders<'e>>) -> ReadLine<'a> {
+    let encoders = encoders.into();
     let refused = |refused| ReadLine { id: None, command: Err(refused) };
     // An array would be read too, key by key; nobody means that.
     if !text.trim_start().starts_with('{') {
@@ -219,12 +269,21 @@ pub fn parse<'a>(text: &'a str, units: &[Unit]) -> ReadLine<'a> {
         let name = serde_json::from_str::<String>(written.get()).ok();
         let verb = VERBS.iter().find(|verb| name.as_deref() == Some(verb.name));
         let verb = verb.ok_or_else(|| Refused::UnknownVerb { verb: shortened(written.get(), 64) })?;
-        (verb.read)(text, units)
+        if !encoders.take(verb) {
+            return Err(Refused::NotHere { verb: verb.name, others: encoders.verbs() });
+        }
+        (verb.read)(text, encoders)
     });
     ReadLine { id: envelope.id, command }
 }
 
 impl Command {
+    /// `false` for what only looks.
+    #[must_use]
+    pub const fn changes(&self) -> bool {
+        !matches!(self, Self::GatewayFaults | Self::Acknowledge { .. } | Self::View | Self::Help)
+    }
+
     /// Does it. Waits for the ring for up to a cycle.
     ///
     /// # Errors
@@ -241,6 +300,9 @@ impl Command {
             Self::Misbehave { fault } => gateway?.begin(&fault).map_err(Refused::Gateway)?,
             Self::EndGateway { fault: Some(fault) } => gateway?.end(&fault).map_err(Refused::Gateway)?,
             Self::EndGateway { fault: None } => gateway?.end_all(),
+            Self::Acknowledge { .. } => {
+                return Err(Refused::NotHere { verb: "acknowledge", others: names() });
+            }
             Self::GatewayFaults => return Ok(Given::GatewayFaults(gateway?.faults())),
             Self::View => return Ok(Given::View(Box::new(ring.view()?))),
             Self::Help => return Ok(Given::Help),
@@ -251,11 +313,15 @@ impl Command {
 
 fn served(controlled: &Controlled, position: usize, request: Request) -> Result<Given, Refused> {
     let served = controlled.ring.serve(position, request)?;
-    match served.map_err(|problem| Refused::NotServed { position, problem })? {
+    given(position, served.map_err(|problem| Refused::NotServed { position, problem })?)
+}
+
+/// What a service that came to an end gives back.
+pub(crate) fn given(position: usize, outcome: Outcome) -> Result<Given, Refused> {
+    match outcome {
         Outcome::Done { reply, error_before } => Ok(Given::Reply { reply, error_before }),
         Outcome::TimedOut(timed_out) => Err(Refused::TimedOut { position, timed_out }),
-        // Nobody gives up what the ring's thread carries out.
-        Outcome::GivenUp(_) => Ok(Given::Done),
+        Outcome::GivenUp(_) => Err(Refused::GivenUp { position }),
     }
 }
 

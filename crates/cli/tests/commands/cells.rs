@@ -64,7 +64,7 @@ const OUTPUTS: &[&str] = &[
 const ALONE: [&str; 9] = ["calc", "decode", "replay", "referee", "diagnose", "sheet", "ring", "ssi", "scan"];
 
 /// What prints no numbers of an encoder or runs until it is ended; `log` writes files, and `probe` has a test of its own.
-const ELSEWHERE: [&str; 5] = ["completions", "help", "sim", "log", "probe"];
+const ELSEWHERE: [&str; 6] = ["completions", "help", "sim", "log", "probe", "serve"];
 
 /// What a cell is, and so which command takes it.
 #[derive(Clone, Copy, Debug, PartialEq)]

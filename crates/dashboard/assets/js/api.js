@@ -13,23 +13,29 @@ function merge(target, patch) {
 
 async function get(path) {
   const answer = await fetch(path);
+  return told(answer);
+}
+
+/** What the server says; a refusal is an error with its status. */
+async function told(answer) {
   const value = await answer.json();
-  if (!answer.ok) throw new Error(value.error ?? answer.statusText);
+  if (!answer.ok) throw Object.assign(new Error(value.error ?? answer.statusText), { status: answer.status });
   return value;
 }
+
+async function post(path, body) {
+  return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));
+}
+
+export const about = () => get("/api/about");
+export const login = (token) => post("/api/login", { token });
 
 export const units = () => get("/api/units");
 export const history = (position, from) => get(`/api/history?position=${position}&from=${from}`);
 export const happened = (from) => get(`/api/happened?from=${from}`);
 
 /** Has a verb carried out; an answer that is no "ok" is an error. */
-export async function command(verb) {
-  const body = JSON.stringify(verb);
-  const answer = await fetch("/api/command", { method: "POST", headers: { "Content-Type": "application/json" }, body });
-  const value = await answer.json();
-  if (!value.ok) throw new Error(value.error);
-  return value;
-}
+export const command = (verb) => post("/api/command", verb);
 
 /** Tells each state of the ring, and whether there is a connection. */
 export function follow(seen, connected) {

@@ -2,6 +2,7 @@
 
 import { newest } from "./api.js";
 import { attribute, h, put, s, toggle } from "./dom.js";
+import { worth } from "./ring.js";
 import { number, span, t } from "./texts.js";
 import { binary, gray, hex, place } from "./words.js";
 
@@ -201,13 +202,57 @@ function sheet({ unit }) {
     const access = [read ? t("access.read") : null, write ? t("access.write") : null].filter(Boolean).join(", ");
     return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", {}, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
   });
-  const kind = unit.rod_um == null ? t("sheet.rotary", { steps: number(unit.steps_per_turn) }) : t("sheet.linear", { mm: number(unit.rod_um / 1000, 0) });
+  const said = (value) => (value == null ? "?" : number(value));
+  const kind = unit.kind === "rotary" ? t("sheet.rotary", { steps: said(unit.steps_per_turn) }) : t("sheet.linear", { mm: said(unit.rod_um == null ? null : unit.rod_um / 1000) });
   return h("section", { class: "card double" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
-    h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })),
+    unit.firmware == null ? null : h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })),
     h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("tbody", {}, services))), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
 }
 
+/** An encoder behind a bus: what its word is worth, and what nobody can judge. */
+function polled_view(context) {
+  const rows = ["steps", "hex", "binary", "gray", "in", "out", "age"].map((name) => [name, h("td", { class: "mono", "data-row": name })]);
+  const cells = Object.fromEntries(rows);
+  const big = h("p", { class: "big mono", id: "value" });
+  const verdict = h("p", { id: "verdict" });
+  const blind = h("ul", { class: "small", id: "blind" });
+  const known = h("button", { id: "acknowledge", onclick: () => context.order({ verb: "acknowledge", position: context.position }) }, t("acknowledge"));
+  const shown = h("section", { class: "card double" }, h("h3", {}, t("position")), big, verdict, h("p", {}, known), blind,
+    h("table", {}, h("tbody", {}, rows.map(([name, cell]) => h("tr", {}, h("th", { scope: "row" }, t(`position.${name}`)), cell)))));
+  const element = h("div", {}, h("h2", {}, t("view.encoder")), h("div", { class: "row" }, context.choice()), h("div", { class: "grid" }, shown, sheet(context)));
+  let unknown = null;
+  return {
+    element,
+    update({ ring }) {
+      const device = ring.devices[context.position];
+      const there = device.value != null;
+      put(big, there ? number(device.value) : "-");
+      put(verdict, device.text == null ? t(`worth.${device.verdict}`) : `${t(`worth.${device.verdict}`)} (${device.text})`);
+      attribute(verdict, "class", worth(device.verdict));
+      known.hidden = !device.verdict.startsWith("implausible_");
+      put(cells.steps, there ? String(device.value) : "-");
+      put(cells.hex, there ? `${hex(device.value, 6)}h` : "-");
+      put(cells.binary, there ? binary(device.value) : "-");
+      put(cells.gray, there ? binary(gray(device.value)) : "-");
+      put(cells.in, device.in ?? "-");
+      put(cells.out, device.out ?? "-");
+      put(cells.age, device.age_ns == null ? "-" : span(device.age_ns));
+      const is = device.blind.join();
+      if (is !== unknown) {
+        unknown = is;
+        blind.replaceChildren(...device.blind.map((name) => h("li", {}, t(`blind.${name}`))));
+      }
+    },
+  };
+}
+
+/** A page that only shows moves nothing. */
+function element_controls(...parts) {
+  parts.forEach((part) => attribute(part, "inert", ""));
+}
+
 export function create(context) {
+  if (context.polled) return polled_view(context);
   const send = newest((values) => context.order({ verb: "set", position: context.position, set: values }));
   const hand = context.unit.rod_um == null ? dial(context, send) : rod(context, send);
   const parts = [hand, position(context), surroundings(context, send), parameters(context), memory()];
@@ -215,6 +260,7 @@ export function create(context) {
   const [, shown, around, ...others] = parts.map((part) => part.element);
   const moved = h("section", { class: "card" }, h("h3", {}, t(context.unit.rod_um == null ? "shaft" : "rod")), hand.element,
     h("p", { class: "small soft" }, t(context.unit.rod_um == null ? "shaft.how" : "rod.how")), motion(context, send));
+  if (!context.may_change) element_controls(hand.element, moved, around);
   const element = h("div", {}, h("h2", {}, t("view.encoder")), h("div", { class: "row" }, context.choice()),
     h("div", { class: "grid" }, moved, shown, around, others, sheet(context)));
   return {

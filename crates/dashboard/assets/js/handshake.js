@@ -24,6 +24,11 @@ function word(title, id) {
     element,
     update(text) {
       put(whole, text);
+      if (text == null) {
+        put(whole, "-");
+        fields.forEach(({ content }) => put(content, "-"));
+        return;
+      }
       const now = bits(text);
       const service_mode = now >>> 31 === 1;
       for (const { shape, box, content } of fields) {
@@ -61,7 +66,9 @@ export function changes(position) {
 }
 
 function step_text(change) {
-  return [change.out_step, change.in_step].filter(Boolean).map((step) => `${step} ${t(`step.${step}`)}`).join("; ") || t("step.none");
+  const steps = [change.out_step, change.in_step].filter(Boolean).map((step) => `${step} ${t(`step.${step}`)}`).join("; ") || t("step.none");
+  if (change.unseen.length === 0) return steps;
+  return `${steps} (${t("history.unseen", { phases: change.unseen.join(", "), within: span(change.within_ns) })})`;
 }
 
 function past(context, kept) {
@@ -79,12 +86,14 @@ function past(context, kept) {
     const rows = kept.list.slice(Math.max(0, last - ROWS)).reverse();
     body.replaceChildren(...rows.map((change) => h("tr", {}, h("td", { class: "num mono" }, String(change.number)), h("td", { class: "mono" }, span(change.time_ns)),
       h("td", {}, step_text(change)), h("td", { class: "mono" }, change.out), h("td", { class: "mono" }, change.in))));
-    put(note, kept.missed > 0 ? t("history.missed", { missed: number(kept.missed) }) : "");
+    const { poll_ns } = context.about;
+    const missed = kept.missed > 0 ? t("history.missed", { missed: number(kept.missed) }) : "";
+    put(note, poll_ns == null ? missed : `${t("history.polled", { every: span(poll_ns) })} ${missed}`);
   };
   slider.addEventListener("input", () => { newest = slider.value === slider.max; draw(); });
   const csv = () => {
-    const lines = kept.list.map((c) => [c.number, c.time_ns, c.out_step ?? "", c.in_step ?? "", c.out, c.in].join(","));
-    save(`history-${context.position}.csv`, new Blob([`number,time_ns,out_step,in_step,out,in\n${lines.join("\n")}\n`], { type: "text/csv" }));
+    const lines = kept.list.map((c) => [c.number, c.time_ns, c.out_step ?? "", c.in_step ?? "", c.out, c.in, c.within_ns, c.unseen.join(" ")].join(","));
+    save(`history-${context.position}.csv`, new Blob([`number,time_ns,out_step,in_step,out,in,within_ns,unseen\n${lines.join("\n")}\n`], { type: "text/csv" }));
   };
   const svg = () => {
     const copy = drawing.querySelector("svg").cloneNode(true);
@@ -156,10 +165,13 @@ function console_of(context) {
   const rules = h("ol", { class: "rules small" }, [1, 2, 3, 4, 5].map((step) => h("li", {}, t(`rule.${step}`))));
   fit();
   if (chosen().write) { access.value = "write"; told(); }
-  const element = h("section", { class: "card" }, h("h3", {}, t("console")),
+  [...steps].forEach((button) => { button.disabled = !context.may_change; });
+  const go_button = h("button", { class: "first", id: "go", onclick: go, disabled: !context.may_change }, t("do.all"));
+  const write_button = h("button", { id: "write", onclick: () => send(free.value), disabled: !context.may_change }, t("console.write"));
+  const element = h("section", { class: "card" }, h("h3", {}, t("console")), context.may_change ? null : h("p", { class: "soft", id: "only-shows" }, t("only_shows")),
     h("div", { class: "row" }, h("label", {}, t("console.service"), services), h("label", {}, t("console.access"), access), h("label", {}, t("console.data"), data)), out,
-    h("div", { class: "row" }, steps, h("button", { class: "first", id: "go", onclick: go }, t("do.all"))), answer,
-    h("div", { class: "row" }, h("label", {}, t("console.raw"), free), h("button", { id: "write", onclick: () => send(free.value) }, t("console.write"))), rules);
+    h("div", { class: "row" }, steps, go_button), answer,
+    h("div", { class: "row" }, h("label", {}, t("console.raw"), free), write_button), rules);
   return {
     element,
     update(device) {
@@ -185,7 +197,8 @@ function referee(context) {
       const lines = found == null ? [h("li", { class: "soft" }, t("referee.off"))]
         : found.length === 0 ? [h("li", { class: "good" }, t("referee.good", { services: number(judged.services) }))]
           : found.map(({ rule, verdict, severity, count, statement }) => h("li", {}, h("span", { class: severity === "error" ? "bad" : "warn" }, t(`broken.${rule}`)), " ",
-            h("span", { class: "small soft" }, t("referee.count", { verdict: t(`verdict.${verdict}`), count: number(count), statement }))));
+            h("span", { class: "small soft" }, t("referee.count", { verdict: t(`verdict.${verdict}`), count: number(count), statement })),
+            h("p", { class: "small", "data-advice": rule }, t(`advice.${rule}`))));
       list.replaceChildren(...lines);
     },
   };

@@ -3,14 +3,24 @@
 import * as api from "./api.js";
 import { attribute, h, put } from "./dom.js";
 import { LANGUAGES, number, span, speak, t, usual } from "./texts.js";
+import { hex, searches } from "./words.js";
+import { ask } from "./ask.js";
 import * as encoder from "./encoder.js";
 import * as handshake from "./handshake.js";
 import * as lessons from "./lessons.js";
+import { enter } from "./login.js";
 import * as ring from "./ring.js";
 import * as trend from "./trend.js";
 
 const VIEWS = { ring, encoder, handshake, trend, lessons };
-const page = { state: null, units: [], view: null, connected: false };
+/** The lessons set a ring up, which only a simulation lets them do. */
+const OF_SIMULATION = ["lessons"];
+const OF_ENCODER = ["encoder", "handshake", "trend"];
+const page = { state: null, units: [], about: null, view: null, connected: false };
+
+/** A ring that is looked at by polls. */
+const polled = () => page.about.poll_ns != null;
+const views = () => Object.keys(VIEWS).filter((name) => !polled() || !OF_SIMULATION.includes(name));
 
 /** Says something for a while; screen readers read it too. */
 function say(text) {
@@ -20,8 +30,18 @@ function say(text) {
   say.timer = setTimeout(() => put(toast, ""), 6000);
 }
 
-/** Has a verb carried out, and tells why not. */
+/** What a verb would do to a real encoder, to be agreed to. */
+function asked(verb) {
+  const { bus } = page.about;
+  if (verb.verb === "out") return t("ask.out", { word: verb.word, position: verb.position, bus });
+  const what = { service: hex(verb.service, 2), name: t(`service.${verb.service}`), value: verb.value ?? "", position: verb.position, bus };
+  return t(verb.value == null ? "ask.read" : "ask.write", what);
+}
+
+/** Has a verb carried out, and tells why not. On a real ring whoever writes is asked first. */
 async function order(verb) {
+  const writes = ["out", "service"].includes(verb.verb);
+  if (writes && polled() && !page.about.simulated && !(await ask(asked(verb)))) return null;
   try {
     return await api.command(verb);
   } catch (error) {
@@ -33,13 +53,13 @@ async function order(verb) {
 /** The view and the encoder that the address names. */
 function wanted() {
   const [name, position] = location.hash.slice(1).split("/");
-  const last = Math.max(page.units.length - 1, 0);
-  return { name: VIEWS[name] ? name : "ring", position: Math.min(Number.parseInt(position ?? "0", 10) || 0, last) };
+  const unit = page.units.find((unit) => unit.position === Number.parseInt(position ?? "0", 10)) ?? page.units[0];
+  return { name: views().includes(name) ? name : "ring", position: unit.position, unit };
 }
 
 function navigation(current) {
-  const links = Object.keys(VIEWS).map((name) => {
-    const place = ["encoder", "handshake", "trend"].includes(name) ? `#${name}/${current.position}` : `#${name}`;
+  const links = views().map((name) => {
+    const place = OF_ENCODER.includes(name) ? `#${name}/${current.position}` : `#${name}`;
     return h("a", { href: place, "aria-current": name === current.name ? "page" : null }, t(`view.${name}`));
   });
   const nav = document.getElementById("nav");
@@ -60,22 +80,41 @@ function show() {
   const current = wanted();
   page.view?.leave?.();
   navigation(current);
-  const context = { ...current, unit: page.units[current.position], units: page.units, order, say, choice: () => choice(current) };
+  const { may_change } = page.about;
+  const context = { ...current, units: page.units, about: page.about, polled: polled(), may_change, order, say, choice: () => choice(current) };
   page.view = VIEWS[current.name].create(context);
   document.getElementById("main").replaceChildren(page.view.element);
   document.title = `${t(`view.${current.name}`)} - Encoring`;
   update();
 }
 
+function cycles_of(seen) {
+  const { cycles, faulty_cycles, dropped_cycles } = seen.counters;
+  const facts = [t("time", { time: span(seen.time_ns) }), t("cycle", { time: span(seen.cycle_ns) }),
+    t("cycles", { cycles: number(cycles), faulty: number(faulty_cycles) })];
+  if (dropped_cycles > 0) facts.push(t("dropped", { cycles: number(dropped_cycles) }));
+  return facts;
+}
+
+/** A ring behind a bus: which, how often it is looked at, and whether anybody answers. */
+function polls({ polls: made, poll_ns, link }) {
+  const there = link.up === false ? t("bus.down", { cause: t(`worth.${link.cause}`) }) : t("bus.up");
+  return [page.about.bus, page.about.simulated ? t("bus.simulated") : t("bus.real"),
+    t(page.about.may_change ? "bus.asks" : "bus.reads"), t("bus.polls", { polls: number(made), every: span(poll_ns) }), there];
+}
+
+/** What the last data cycle says, or that the master looks for a fault: then no data come. */
+function line_text(seen) {
+  if (searches(seen)) return t("line.searching");
+  if (seen.line === "silent" && seen.segment == null) return t("line.stands");
+  return t(`line.${seen.line}`, { segment: seen.segment ?? "" });
+}
+
 function strip() {
   const facts = [page.connected ? t("connected") : t("not_connected")];
   if (page.state) {
     const { ring: seen } = page.state;
-    const { cycles, faulty_cycles, dropped_cycles } = seen.counters;
-    facts.push(t("time", { time: span(seen.time_ns) }), t("cycle", { time: span(seen.cycle_ns) }),
-      t("cycles", { cycles: number(cycles), faulty: number(faulty_cycles) }));
-    if (dropped_cycles > 0) facts.push(t("dropped", { cycles: number(dropped_cycles) }));
-    facts.push(t(`line.${seen.line}`, { segment: seen.segment ?? "" }));
+    facts.push(...(polled() ? polls(seen) : cycles_of(seen)), line_text(seen));
   }
   const place = document.getElementById("strip");
   if (place.children.length !== facts.length) place.replaceChildren(...facts.map(() => h("span")));
@@ -92,7 +131,8 @@ function settings() {
     localStorage.setItem("language", event.target.value);
     await speak(event.target.value);
     settings();
-    show();
+    if (page.about) show();
+    else dispatchEvent(new Event("spoken"));
   };
   const names = { en: "English", de: "Deutsch" };
   const languages = h("select", { id: "language", "aria-label": t("language"), onchange: choose },
@@ -119,12 +159,24 @@ function soon() {
 const theme = localStorage.getItem("theme");
 if (theme) document.documentElement.dataset.theme = theme;
 await speak(usual());
-page.units = await api.units();
-settings();
-show();
-addEventListener("hashchange", show);
-trend.collect(page);
-api.follow(
-  (state) => { page.state = state; trend.seen(state); lessons.watch(state); soon(); },
-  (connected) => { page.connected = connected; soon(); },
-);
+await begin();
+
+/** Which ring it is; whoever must name a token is asked for it until it is right. */
+async function begin() {
+  settings();
+  try {
+    page.about = await api.about();
+  } catch (error) {
+    if (![401, 429].includes(error.status)) throw error;
+    await enter(document.getElementById("main"), error.status);
+    return begin();
+  }
+  page.units = await api.units();
+  show();
+  addEventListener("hashchange", show);
+  trend.collect(page);
+  api.follow(
+    (state) => { page.state = state; trend.seen(state); lessons.watch(state); soon(); },
+    (connected) => { page.connected = connected; soon(); },
+  );
+}

@@ -24,9 +24,10 @@ export function parameter_text(text) {
 
 /** What happened, in words. */
 export function event_text(event) {
+  const values = { ...event, verdict: event.event === "doubted" ? t(`worth.${event.verdict}`) : "", says: event.parameter == null ? "" : parameter_text(event.parameter) };
   const place = event.event === "search_found" ? `event.search_found.${event.fault}` : `event.${event.event}`;
   const rule = event.event === "finding" ? t(`broken.${event.rule}`) : "";
-  return t(place, { ...event, rule, parameter: event.parameter_hex ?? "", cycles: event.cycles == null ? "" : number(event.cycles) });
+  return t(place, { ...values, rule, parameter: event.parameter_hex ?? "", cycles: event.cycles == null ? "" : number(event.cycles) });
 }
 
 function master(context) {
@@ -37,9 +38,13 @@ function master(context) {
   return {
     element,
     update({ ring }) {
-      put(status, t("registers", ring.diagnosis));
+      if (ring.diagnosis.status == null) {
+        put(parameter, t("master.untold"));
+        return;
+      }
+      put(status, t("registers", { ...ring.diagnosis, parameter: ring.diagnosis.parameter ?? "----" }));
       put(names, register_names(ring.diagnosis.status).map((name) => `${name}: ${t(`register.${name}`)}`).join("; "));
-      put(parameter, parameter_text(ring.diagnosis.parameter));
+      put(parameter, ring.diagnosis.parameter == null ? "" : parameter_text(ring.diagnosis.parameter));
       attribute(parameter, "class", ring.diagnosis.parameter === "0000" ? "good" : "bad");
     },
   };
@@ -73,7 +78,8 @@ function segment(context, at) {
       put(said, `${words}; ${t("faults", { faults: number(faults) })}`);
       toggle(cut, here === "silent");
       toggle(noise, here != null && here !== "silent");
-      mend.disabled = here == null;
+      mend.disabled = here == null || !context.may_change;
+      cut.disabled = noise.disabled = !context.may_change;
     },
   };
 }
@@ -89,6 +95,7 @@ function device(context, unit) {
   const supply = h("button", {}, t("supply"));
   const jumper = h("button", {}, t("jumper"));
   const chip = h("button", {}, t("chip"));
+  [supply, jumper, chip].forEach((button) => { button.disabled = !context.may_change; });
   const element = h("section", { class: "card", "data-device": position, "aria-label": t("encoder.at", { position, title: unit.title }) },
     h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))),
     h("div", { class: "lamps" }, lamps), value, said, h("div", { class: "row" }, supply, jumper, chip),
@@ -120,6 +127,30 @@ function device(context, unit) {
   };
 }
 
+/** An encoder behind a bus: its words and what they are worth. */
+function seen_device(unit) {
+  const { position } = unit;
+  const value = h("p", { class: "big mono", "data-value": position });
+  const verdict = h("p", { "data-verdict": position });
+  const words = h("p", { class: "small mono" });
+  const element = h("section", { class: "card", "data-device": position, "aria-label": t("encoder.at", { position, title: unit.title }) },
+    h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))), value, verdict, words,
+    h("p", { class: "small" }, h("a", { href: `#handshake/${position}` }, t("view.handshake"))));
+  return {
+    element,
+    update({ ring }) {
+      const seen = ring.devices[position];
+      put(value, seen.value == null ? "-" : number(seen.value));
+      put(verdict, t(`worth.${seen.verdict}`));
+      attribute(verdict, "class", worth(seen.verdict));
+      put(words, `OUT ${seen.out ?? "-"}  IN ${seen.in ?? "-"}`);
+    },
+  };
+}
+
+/** Whether a verdict is good news. */
+export const worth = (verdict) => (verdict === "valid" ? "good" : ["unchecked", "in_service", "unseen"].includes(verdict) ? "warn" : "bad");
+
 /** What has happened, the newest first. */
 function events() {
   const list = h("ul", { class: "plain list", id: "events" });
@@ -146,11 +177,32 @@ function events() {
   return { element, update() {}, leave: () => clearInterval(timer) };
 }
 
+/** A ring behind a bus: nobody can see its cables, and nobody can break them from here. */
+function polled_view(context, parts, item, ring, rows) {
+  context.units.forEach((unit) => item(seen_device(unit)));
+  const told = events();
+  ring.append(h("li", {}, parts[0].element), ...rows);
+  const link = h("p", { id: "link" });
+  const element = h("div", {}, h("h2", {}, t("view.ring")), h("p", { class: "soft" }, t("ring.polled", { bus: context.about.bus })), link,
+    h("div", { class: "card" }, ring), h("div", { class: "grid" }, told.element));
+  return {
+    element,
+    update: (state) => {
+      const { up, cause, text } = state.ring.link;
+      put(link, up === false ? `${t("bus.down", { cause: t(`worth.${cause}`) })} (${text})` : "");
+      attribute(link, "class", "bad");
+      parts.forEach((part) => part.update(state));
+    },
+    leave: () => told.leave(),
+  };
+}
+
 export function create(context) {
   const parts = [master(context)];
   const rows = [];
   const ring = h("ol", { class: "ring" });
   const item = (...made) => { parts.push(...made); rows.push(h("li", {}, made.map((part) => part.element))); };
+  if (context.polled) return polled_view(context, parts, item, ring, rows);
   context.units.forEach((unit, at) => item(segment(context, at), device(context, unit)));
   item(segment(context, context.units.length));
   const told = events();

@@ -11,7 +11,7 @@ const marks = [];
 
 /** Begins to keep samples. */
 export function collect(page) {
-  page.units.forEach(() => samples.push([]));
+  page.units.forEach(({ position }) => { samples[position] = []; });
 }
 
 /** Keeps what a state shows. */
@@ -22,7 +22,7 @@ export function seen({ ring }) {
     if (last && ring.time_ns <= last.time) return;
     list.push({ time: ring.time_ns, value: device.value, out: device.out, input: device.in, error: device.error });
     if (list.length > KEPT) list.shift();
-    if (last && (last.value == null) !== (device.value == null)) mark(ring.time_ns, position, device.value == null ? "off" : "on");
+    if (device.on != null && last && (last.value == null) !== (device.value == null)) mark(ring.time_ns, position, device.value == null ? "off" : "on");
     if (last && last.error !== device.error) mark(ring.time_ns, position, device.error ? "error" : "error_over");
   });
   const before = seen.line ?? ring.line;
@@ -130,7 +130,7 @@ export function create(context) {
   return {
     element,
     update({ ring }) {
-      length = ring.devices[context.position].parameters.find(({ service }) => service === 2)?.active ?? null;
+      length = ring.devices[context.position].parameters?.find(({ service }) => service === 2)?.active ?? null;
       draw();
     },
     theme: draw,

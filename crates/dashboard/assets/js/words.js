@@ -10,13 +10,18 @@ export const FIELDS = [
   ["data", 23, 0],
 ];
 
-export const bits = (text) => Number.parseInt(text, 16) >>> 0;
+export const bits = (text) => (text == null ? 0 : Number.parseInt(text, 16) >>> 0);
 export const bit31 = (text) => bits(text) >>> 31;
 
 /** The value of a field in a word. */
 export function field(word, [, high, low]) {
   const width = high - low + 1;
   return (word >>> low) & (width === 32 ? 0xffffffff : 2 ** width - 1);
+}
+
+/** Whether the master looks for a fault: then no data come, whatever the segments do. */
+export function searches({ diagnosis: { status } }) {
+  return status != null && (Number.parseInt(status, 16) & 0x10) !== 0;
 }
 
 export const hex = (value, digits) => value.toString(16).toUpperCase().padStart(digits, "0");
@@ -43,9 +48,9 @@ export function active(device, service) {
 
 /** The position in degrees and turns, or in millimetres. */
 export function place(device, unit) {
-  if (device.value == null) return null;
+  if (device.value == null || device.parameters == null) return null;
   const length = active(device, 2);
-  if (unit.rod_um != null) return { mm: (device.value * unit.rod_um) / 1000 / length };
+  if (unit.kind === "linear") return { mm: (device.value * unit.rod_um) / 1000 / length };
   const turns = active(device, 3) / active(device, 9);
   const all = (device.value * turns) / (length + 1);
   return { turns: Math.floor(all), degrees: (all % 1) * 360 };

@@ -4,7 +4,6 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::path::Path;
 
-use encoring_encoder::Unit;
 use encoring_host::Request;
 use encoring_sim::Fault;
 use encoring_sim::scenario::{MotionFiles, MotionTable, Occurrence, SECONDS_MAX, SetTable};
@@ -17,7 +16,7 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
-use super::{Command, Refused};
+use super::{Command, Encoders, Refused};
 
 /// What every line has. The rest is read once the verb is known.
 #[derive(Deserialize)]
@@ -40,6 +39,16 @@ struct BareLine {
     _verb: IgnoredAny,
     #[serde(rename = "id", default)]
     _id: IgnoredAny,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PositionLine {
+    #[serde(rename = "verb")]
+    _verb: IgnoredAny,
+    #[serde(rename = "id", default)]
+    _id: IgnoredAny,
+    position: i64,
 }
 
 #[derive(Deserialize)]
@@ -154,31 +163,28 @@ pub(super) fn bare(text: &str, command: Command) -> Result<Command, Refused> {
     read::<BareLine>(text).map(|_| command)
 }
 
-/// The encoder at a position.
-fn placed(asked: i64, units: &[Unit]) -> Result<(usize, &Unit), Refused> {
-    let unknown = || Refused::Position { position: asked, last: units.len().saturating_sub(1) };
-    let position = usize::try_from(asked).map_err(|_| unknown())?;
-    Ok((position, units.get(position).ok_or_else(unknown)?))
+pub(super) fn acknowledge(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
+    let PositionLine { position, .. } = read(text)?;
+    encoders.placed(position).map(|(position, _)| Command::Acknowledge { position })
 }
 
-pub(super) fn out(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+pub(super) fn out(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
     let OutLine { position, word: written, .. } = read(text)?;
-    let (position, _) = placed(position, units)?;
+    let (position, _) = encoders.placed(position)?;
     let reading =
         word([written.as_str()], Bare::Hexadecimal).map_err(|problem| Refused::Word(problem.to_string()))?;
     Ok(Command::Out { position, word: OutWord(reading.bits) })
 }
 
-pub(super) fn service(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+pub(super) fn service(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
     let ServiceLine { position, service: number, value, .. } = read(text)?;
-    let (position, unit) = placed(position, units)?;
+    let (position, model) = encoders.placed(position)?;
     let service = u8::try_from(number).ok().and_then(Service::from_number);
     let service = service.ok_or(Refused::Service { service: number })?;
     let value = value.map(|value| {
         let written = u32::try_from(value).ok().filter(|value| *value <= DATA_MAX);
         written.ok_or(Refused::Value { value })
     });
-    let model = unit.model();
     let request = match (Parameter::from_service(service), value.transpose()?) {
         (Some(parameter), Some(value)) => Request::write(model, parameter, value),
         (Some(parameter), None) => Request::read(model, parameter),
@@ -192,9 +198,9 @@ pub(super) fn service(text: &str, units: &[Unit]) -> Result<Command, Refused> {
     Ok(Command::Serve { position, request })
 }
 
-pub(super) fn set(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+pub(super) fn set(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
     let SetLine { position: asked, set: Object(table), .. } = read(text)?;
-    let (position, unit) = placed(asked, units)?;
+    let (position, unit) = encoders.simulated(asked)?;
     if let Some(MotionTable::Csv { .. }) = table.motion {
         return Err(Refused::File { position });
     }
@@ -204,7 +210,7 @@ pub(super) fn set(text: &str, units: &[Unit]) -> Result<Command, Refused> {
     Ok(Command::Set { position, changes })
 }
 
-pub(super) fn line(text: &str, units: &[Unit]) -> Result<Command, Refused> {
+pub(super) fn line(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
     let LineLine { segment, fault, for_s, .. } = read(text)?;
     let fault = match (fault, segment, for_s) {
         (Asked::None, None, None) => return Ok(Command::EndLine),
@@ -212,7 +218,7 @@ pub(super) fn line(text: &str, units: &[Unit]) -> Result<Command, Refused> {
         (Asked::None, None, Some(_)) => return Err(Refused::NoneWith { key: "for_s" }),
         (Asked::Fault(fault), ..) => fault,
     };
-    let last = units.len();
+    let last = encoders.count();
     let asked = segment.ok_or(Refused::NoSegment { last })?;
     let segment = usize::try_from(asked).ok().filter(|segment| *segment <= last);
     let segment = segment.ok_or(Refused::Segment { segment: asked, last })?;

@@ -1,5 +1,6 @@
 //! Why nothing was done.
 
+use encoring_bus::MasterError;
 use encoring_host::RequestError;
 use encoring_host::session::TimedOut;
 use encoring_sim::scenario::SECONDS_MAX;
@@ -40,13 +41,24 @@ pub enum Refused {
         /// Its length as it was written.
         bytes: usize,
     },
+    /// There is nothing on this ring that the verb could change or show.
+    #[error("verb {verb} is not for this ring; the verbs are {others}")]
+    NotHere {
+        /// Which.
+        verb: &'static str,
+        /// Those that are.
+        others: String,
+    },
+    /// Whoever asks may only look.
+    #[error("this page only shows; started with --allow-control it changes something too")]
+    OnlyLooks,
     /// No such encoder.
-    #[error("position {position}; the encoders are at 0 to {last}")]
+    #[error("position {position}; the encoders are at {known}")]
     Position {
         /// As asked.
         position: i64,
-        /// The highest.
-        last: usize,
+        /// Where there is one.
+        known: String,
     },
     /// A value that this encoder cannot be given.
     #[error("position {position}, a {model}: {problem}")]
@@ -135,6 +147,20 @@ pub enum Refused {
         position: usize,
         /// Why.
         problem: NotServed,
+    },
+    /// A service that was given up because the program ends.
+    #[error("position {position}: given up, the program ends")]
+    GivenUp {
+        /// Which encoder.
+        position: usize,
+    },
+    /// The bus did not take it.
+    #[error("position {position}: {problem}")]
+    Bus {
+        /// Which encoder.
+        position: usize,
+        /// Why.
+        problem: MasterError,
     },
     /// A service that came to no end in time.
     #[error("position {position}: {timed_out}")]
