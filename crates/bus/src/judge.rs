@@ -223,6 +223,8 @@ pub struct Judge {
     unknown: usize,
     /// What was last learnt.
     active: Option<ParameterSet>,
+    /// All that its positions are computed with, if it is known.
+    insight: Option<Insight>,
 }
 
 impl Judge {
@@ -237,12 +239,22 @@ impl Judge {
         values: &[(Parameter, u32)],
         tolerance: Tolerance,
     ) -> Result<Self, NoExpectation> {
-        let Known { expectation, blind, measuring_length } = Known::new(model, sensor, values)?;
+        let Known { expectation, blind, measuring_length, insight } = Known::new(model, sensor, values)?;
         let length_known = sensor.is_some() || model.sensor_kind() == SensorKind::Rotary;
         let motion_known = blind.is_empty() && length_known;
         let validity = Validity::new(expectation, tolerance.limits(model, motion_known));
         let unknown = blind.len();
-        Ok(Self { model, sensor, tolerance, validity, measuring_length, blind, unknown, active: None })
+        Ok(Self {
+            model,
+            sensor,
+            tolerance,
+            validity,
+            measuring_length,
+            blind,
+            unknown,
+            active: None,
+            insight,
+        })
     }
 
     /// The model.
@@ -261,6 +273,18 @@ impl Judge {
     #[must_use]
     pub const fn measuring_length(&self) -> Option<u32> {
         self.measuring_length
+    }
+
+    /// All that its positions are computed with, if it is known.
+    #[must_use]
+    pub const fn insight(&self) -> Option<Insight> {
+        self.insight
+    }
+
+    /// What is taken for sound.
+    #[must_use]
+    pub const fn tolerance(&self) -> Tolerance {
+        self.tolerance
     }
 
     /// What cannot be judged.
@@ -371,6 +395,7 @@ struct Known {
     expectation: Expectation,
     blind: Vec<Blind>,
     measuring_length: Option<u32>,
+    insight: Option<Insight>,
 }
 
 impl Known {
@@ -410,7 +435,8 @@ impl Known {
                 expect(model.usual_sensor()).or_else(|_| expect(model.finest_sensor()))
             }
         }?;
-        Ok(Self { expectation, blind, measuring_length })
+        let insight = sensor.filter(|_| blind.is_empty()).map(|sensor| Insight { sensor, active: set });
+        Ok(Self { expectation, blind, measuring_length, insight })
     }
 }
 

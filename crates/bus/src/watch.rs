@@ -228,6 +228,12 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         self.polls
     }
 
+    /// What the latest poll brought.
+    #[must_use]
+    pub const fn latest(&self) -> &Poll {
+        &self.poll
+    }
+
     /// `true` if polls were made and none has brought a word.
     #[must_use]
     pub const fn is_unanswered(&self) -> bool {

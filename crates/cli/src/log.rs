@@ -18,6 +18,7 @@ use crate::acknowledging::Acknowledging;
 use crate::arguments::span;
 use crate::arguments::{Lasting, Output, Pace};
 use crate::bus::{AnyBus, Opened};
+use crate::causes::{Caused, Causes};
 use crate::interrupt::awaiting_reader;
 use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
@@ -218,6 +219,7 @@ struct Logging<'a> {
     before: Vec<(u64, Option<u32>, Option<u32>, &'static str)>,
     verdicts: [u64; Judgement::WORDS.len()],
     faults: Faults,
+    causes: Causes,
     polls: u64,
     flushed: Clock,
     shown: Clock,
@@ -248,6 +250,7 @@ impl<'a> Logging<'a> {
             acknowledging,
             due,
             faults: Faults::default(),
+            causes: Causes::default(),
             before,
             verdicts,
             polls: 0,
@@ -283,9 +286,14 @@ impl<'a> Logging<'a> {
             if self.acknowledging.take() {
                 watch.acknowledge();
             }
-            let Some(poll) = watch.poll_with(|position| world?.insight(position)) else { break };
+            if watch.poll_with(|position| world?.insight(position)).is_none() {
+                break;
+            }
+            let poll = watch.latest();
             self.poll(poll)?;
             self.faults.take(poll);
+            let caused = self.causes.take(poll, watch.subjects());
+            self.causes(caused, poll.at)?;
             let now = Clock::now();
             if now.duration_since(self.flushed) >= FLUSH_EVERY {
                 self.flushed = now;
@@ -299,6 +307,8 @@ impl<'a> Logging<'a> {
                 break;
             }
         }
+        let rest = self.causes.rest(watch.subjects());
+        self.causes(rest, watch.now())?;
         self.history(watch.end())?;
         self.flush()?;
         let verdicts = Judgement::WORDS.into_iter().zip(self.verdicts).filter(|(_, polls)| *polls > 0);
@@ -338,13 +348,26 @@ impl<'a> Logging<'a> {
     /// what happened; only a jump is for somebody to know.
     fn history(&mut self, poll: &Poll) -> Result<(), LogError> {
         for event in news(poll, &self.calendar, &self.acknowledging).iter().filter(|event| event.lasting) {
-            let text = event.to_string();
-            let text = text.trim_start();
-            let line = format!("event {}: {text}", event.event);
-            self.written(|log| log.remark(&line))?;
-            self.note(event.advised().trim_start());
+            self.event(event)?;
         }
         self.unread(poll)
+    }
+
+    /// Why positions jumped.
+    fn causes(&mut self, caused: Vec<Caused>, at: Instant) -> Result<(), LogError> {
+        for caused in caused {
+            let event = News::of_cause(caused, at, &self.calendar);
+            self.event(&event)?;
+        }
+        Ok(())
+    }
+
+    fn event(&mut self, event: &News) -> Result<(), LogError> {
+        let text = event.to_string();
+        let line = format!("event {}: {}", event.event, text.trim_start());
+        self.written(|log| log.remark(&line))?;
+        self.note(event.advised().trim_start());
+        Ok(())
     }
 
     /// Why nothing can be read, where the end of a connection does not tell it; each reason once.
@@ -362,9 +385,7 @@ impl<'a> Logging<'a> {
         };
         let news = News::of_ring("not_read", at, &self.calendar, &why);
         self.unread = Some(why);
-        self.written(|log| log.remark(&format!("event {}: {}", news.event, news.to_string().trim_start())))?;
-        self.note(news.to_string().trim_start());
-        Ok(())
+        self.event(&news)
     }
 
     fn note(&mut self, text: &str) {

@@ -8,11 +8,13 @@ mod backup;
 mod bus;
 mod calc;
 mod calculation;
+mod causes;
 mod check;
 mod completions;
 mod decode;
 mod diagnose;
 mod dialog;
+mod found;
 #[cfg(test)]
 mod help_rules;
 mod interrupt;

@@ -13,6 +13,8 @@ use encoring_words::Instant;
 use serde::Serialize;
 
 use crate::acknowledging::Acknowledging;
+use crate::causes::Caused;
+use crate::found::FoundView;
 use crate::output::time::{seconds, span};
 
 /// Which date a time on the bus's clock is.
@@ -48,6 +50,9 @@ pub(crate) struct News {
     pub(crate) text: String,
     /// What the ring's master said with it.
     pub(crate) diagnosis: Option<DiagnosisView>,
+    /// Of the cause of a jump.
+    #[serde(flatten)]
+    pub(crate) found: Option<FoundView>,
     /// Part of the history of a ring: no attempt among many, and nothing that the words show.
     #[serde(skip)]
     pub(crate) lasting: bool,
@@ -93,6 +98,7 @@ pub(crate) fn news(poll: &Poll, calendar: &Calendar, acknowledging: &Acknowledgi
         position,
         text,
         diagnosis: None,
+        found: None,
         lasting: false,
         advice: None,
     };
@@ -153,7 +159,24 @@ impl News {
     pub(crate) fn of_ring(event: &'static str, at: Instant, calendar: &Calendar, text: &str) -> Self {
         let (date, text) = (calendar.date(at), text.to_owned());
         let time_ns = at.as_nanos();
-        Self { event, time_ns, date, position: None, text, diagnosis: None, lasting: true, advice: None }
+        Self {
+            event,
+            time_ns,
+            date,
+            position: None,
+            text,
+            diagnosis: None,
+            found: None,
+            lasting: true,
+            advice: None,
+        }
+    }
+
+    /// Of a jump, why it was.
+    pub(crate) fn of_cause(caused: Caused, at: Instant, calendar: &Calendar) -> Self {
+        let Caused { position, found } = caused;
+        let text = found.to_string();
+        Self { position: Some(position), found: Some(found), ..Self::of_ring("cause", at, calendar, &text) }
     }
 
     /// What happened, and to whom.

@@ -18,6 +18,7 @@ use serde::Serialize;
 use crate::acknowledging::Acknowledging;
 use crate::arguments::{Lasting, Output, every};
 use crate::bus::AnyBus;
+use crate::causes::Causes;
 use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
 use crate::output::time::seconds;
@@ -94,6 +95,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         untold,
         acknowledging: Acknowledging::by_signal()?,
         faults: arguments.exit_on_fault.then(Faults::default),
+        causes: Causes::default(),
     };
     let answer = if arguments.output.format == Format::Text && io::stdout().is_terminal() {
         live::run(watch, about, &quit)?
@@ -114,6 +116,7 @@ struct Watched<'a> {
     acknowledging: Acknowledging,
     /// Those that it is to end with.
     faults: Option<Faults>,
+    causes: Causes,
 }
 
 impl Watched<'_> {
@@ -126,7 +129,8 @@ impl Watched<'_> {
             self.watch.acknowledge();
         }
         let world = self.world.as_ref();
-        let poll = self.watch.poll_with(|position| world?.insight(position))?;
+        self.watch.poll_with(|position| world?.insight(position))?;
+        let poll = self.watch.latest();
         if let Some(faults) = &mut self.faults {
             faults.take(poll);
         }
@@ -135,15 +139,25 @@ impl Watched<'_> {
         if let Some(text) = self.untold.take() {
             news.push(News::of_ring("ring_untold", at, &self.calendar, text));
         }
+        for caused in self.causes.take(poll, self.watch.subjects()) {
+            news.push(News::of_cause(caused, at, &self.calendar));
+        }
         let lamps = |position| world.and_then(|world| world.lamps(position));
         let seen = sights.iter().zip(self.watch.subjects());
-        let seen = seen.map(|(sight, subject)| Seen::new(sight, &subject.judge, lamps(sight.position)));
+        let seen = seen.map(|(sight, subject)| {
+            let mut seen = Seen::new(sight, &subject.judge, lamps(sight.position));
+            seen.text.extend(self.causes.of(sight.position).map(str::to_owned));
+            seen
+        });
         Some(Update { polls, seen: seen.collect(), news })
     }
 
-    /// What is to be told when no poll follows.
+    /// What is to be told when no poll follows: the causes of the last jumps, and what else was left.
     fn end(&mut self) -> Vec<News> {
-        news(self.watch.end(), &self.calendar, &self.acknowledging)
+        let (at, calendar) = (self.watch.now(), self.calendar);
+        let rest = self.causes.rest(self.watch.subjects());
+        let rest = rest.into_iter().map(|caused| News::of_cause(caused, at, &calendar));
+        rest.chain(news(self.watch.end(), &calendar, &self.acknowledging)).collect()
     }
 }
 

@@ -692,6 +692,32 @@ fn a_rod_jumps_only_for_whoever_says_how_fast_it_is() {
     let file = fs::read_to_string(folder.path().join("b.csv")).unwrap();
     assert!(file.contains("position 0: nothing permissible moves from 12500 to 25000 within "), "{file}");
     assert!(!file.contains("kill"), "{file}");
+    assert!(file.contains("# event cause: "), "{file}");
+}
+
+#[cfg(unix)]
+#[test]
+fn the_cause_of_a_jump_stands_in_lines_for_people_and_programs() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
+    // Until it is told, however slowly the polls come.
+    let told = |format: &str, part: &str| {
+        let arguments = ["watch", "--bus", "sim:jump.toml", "--max-mm-s", "1000", "--format", format];
+        let mut watch = Running::start(folder.path(), &arguments);
+        let mut line = watch.line();
+        while !line.contains(part) {
+            line = watch.line();
+        }
+        watch.end("-INT");
+        line
+    };
+    let line = told("text", "position 0: cause of the jump: cannot be told, possible: ");
+    assert!(line.contains("; or mechanical, preset, other_source; to tell: "), "{line}");
+    let line = told("json", r#""event":"cause""#);
+    let event: Value = serde_json::from_str(&line).unwrap();
+    assert_eq!(event["cause"], "unclear");
+    assert_eq!(event["certainty"], "possible");
+    assert_eq!(event["alternatives"], serde_json::json!(["mechanical", "preset", "other_source"]));
 }
 
 #[cfg(unix)]

@@ -7,8 +7,11 @@ use encoring_words::model::MODELS;
 use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, Model};
 
-use crate::motion::per_second;
+use crate::motion::{per_second, scaled};
 use crate::options::Options;
+
+/// The part of the permissible acceleration that an axis has usually: 100 of 10 000 rad/s^2.
+const USUAL: i64 = 100;
 
 /// What is known or assumed of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -56,6 +59,17 @@ impl Axis {
     /// Steps by which the largest acceleration leaves a straight line in this time and the same again.
     pub(crate) fn bend(&self, span_ns: i64) -> Option<i64> {
         self.swiftest.steps_per_s2.map(|change| per_second(per_second(change, span_ns), span_ns))
+    }
+}
+
+impl Axis {
+    /// What motion may add from one row to the next, beside so many steps before and behind: of a usual axis, and within the
+    /// permissible. `None` without a limit.
+    pub(crate) fn utmost(&self, period_ns: i64, step: i64) -> Option<[i64; 2]> {
+        let bend = self.bend(period_ns.saturating_add(self.refresh_ns))?;
+        let late = scaled(step.abs(), self.refresh_ns + period_ns / 5, period_ns);
+        let travel = self.travel(period_ns).map_or(i64::MAX, |travel| travel.saturating_mul(2));
+        Some([bend / USUAL, bend].map(|bend| (bend / 4 * 3).saturating_add(late + 2).min(travel)))
     }
 }
 

@@ -148,6 +148,8 @@ fn sudden_at(curve: &Curve<'_>, places: &[i64], at: usize, bend: i64) -> Option<
     while i64::try_from(rows * rows).ok()? * bend < 8 * noise && rows < ROWS_MAX {
         rows += 1;
     }
+    // Of a step in the last row nobody knows whether it comes back.
+    places.get(at + rows + 1)?;
     let [first, middle, last] = [at.checked_sub(rows)?, at, at + rows].map(|at| places.get(at).copied());
     let change = (last? - 2 * middle? + first?).abs();
     let may = bend * i64::try_from(rows * rows).ok()?;

@@ -9,8 +9,6 @@ use crate::row::Row;
 /// No jump is looked at that has fewer steps.
 pub(crate) const LEAST: i64 = 5;
 
-/// The part of the permissible acceleration that an axis has usually: 100 of 10 000 rad/s^2.
-const USUAL: i64 = 100;
 /// Rows from which the speed beside a jump is taken, at least and at most.
 const SPEED_ROWS: [usize; 6] = [4, 8, 16, 32, 64, 108];
 /// A speed is known well enough from so many steps, and so many refresh times.
@@ -106,13 +104,9 @@ impl Curve<'_> {
         (self.tolerance / 3).max(3)
     }
 
-    /// What motion may add from one row to the next, beside the speed before and behind: of a usual axis, and within the
-    /// permissible. `None` without a limit.
+    /// What motion may add from one row to the next, see [`Axis::utmost`].
     pub(crate) fn utmost(&self, speed: i64) -> Option<[i64; 2]> {
-        let bend = self.axis.bend(self.period_ns.saturating_add(self.axis.refresh_ns))?;
-        let late = scaled(speed.abs(), self.axis.refresh_ns + self.period_ns / 5, self.period_ns);
-        let travel = self.axis.travel(self.period_ns).map_or(i64::MAX, |travel| travel.saturating_mul(2));
-        Some([bend / USUAL, bend].map(|bend| (bend / 4 * 3).saturating_add(late + 2).min(travel)))
+        self.axis.utmost(self.period_ns, speed)
     }
 
     /// The mean speed of up to so many rows that end at a point, as far as they are even.

@@ -6,6 +6,7 @@ use std::ops::Range;
 use crate::cause::JumpCause;
 use crate::episode::Episode;
 use crate::row::Row;
+use crate::services::Services;
 use crate::verdict::Judged;
 
 /// Episodes of one cause that stand by themselves; further ones are counted in the last.
@@ -41,7 +42,7 @@ impl Ledger {
     }
 
     /// Tells of these rows.
-    pub(crate) fn tell(&mut self, all: &[Row], rows: Range<usize>, judged: Judged) {
+    pub(crate) fn tell(&mut self, all: &[Row], services: &Services, rows: Range<usize>, judged: Judged) {
         let (Some(first), Some(last)) = (all.get(rows.start), all.get(rows.end - 1)) else {
             return;
         };
@@ -55,7 +56,7 @@ impl Ledger {
             known.to_line = known.to_line.max(to_line);
             return;
         }
-        let apart = judged.apart();
+        let apart = judged.apart(services);
         let Judged { cause, certainty, alternatives, mut evidence } = judged;
         if rows.len() < 4
             && let Some(before) = rows.start.checked_sub(1).and_then(|at| all.get(at))

@@ -18,6 +18,28 @@ pub struct Options {
     pub most_mm_s: Option<NonZeroU32>,
     /// Places that somebody knows.
     pub known: Vec<KnownPlace>,
+    /// What [`crate::Sample::line`] counts.
+    pub counted: Counted,
+}
+
+/// What the number of a row counts, as it is told.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counted {
+    /// The lines of a file.
+    #[default]
+    Lines,
+    /// The polls of a bus.
+    Polls,
+}
+
+impl Counted {
+    /// One of them.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Lines => "line",
+            Self::Polls => "poll",
+        }
+    }
 }
 
 /// The values of an encoder that are active.

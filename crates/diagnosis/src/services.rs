@@ -3,6 +3,7 @@
 use encoring_words::word::{Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, OutWord, Service};
 
+use crate::options::Counted;
 use crate::row::{ReadAs, Row};
 
 /// Marks that are kept.
@@ -44,6 +45,7 @@ pub(crate) struct Session {
 /// What was seen of services.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Services {
+    counted: Counted,
     marks: Vec<Mark>,
     /// Those of which no session was made yet.
     untold: Vec<Mark>,
@@ -59,6 +61,16 @@ pub(crate) struct Services {
 }
 
 impl Services {
+    /// Of rows whose numbers count this.
+    pub(crate) fn new(counted: Counted) -> Self {
+        Self { counted, ..Self::default() }
+    }
+
+    /// A row, as it is told.
+    pub(crate) fn place(&self, line: u64) -> String {
+        format!("{} {line}", self.counted.name())
+    }
+
     /// Takes the next row.
     pub(crate) fn row(&mut self, row: &Row) {
         match row.out {

@@ -189,7 +189,7 @@ impl Departure<'_> {
         let from = used.map_or(from, |row| from.max(row.time_ns));
         let mut checked = false;
         for mark in self.services.between(from, to) {
-            let said = |what: &str| format!("{what} at line {}", mark.line);
+            let said = |what: &str| format!("{what} at {}", self.services.place(mark.line));
             match mark.done {
                 Done::Check => checked = true,
                 Done::Preset(value) => {
@@ -214,14 +214,15 @@ impl Departure<'_> {
             }
         }
         let older = self.services.between(i64::MIN, to).find(|mark| !matches!(mark.done, Done::Check))?;
+        let written = self.services.place(older.line);
         match older.done {
             Done::Scaling if checked => Some(Judged::certain(
                 JumpCause::Rescaled,
-                format!("the data check made the scaling active that was written at line {}", older.line),
+                format!("the data check made the scaling active that was written at {written}"),
             )),
             Done::Direction if checked => Some(Judged::certain(
                 JumpCause::Direction,
-                format!("the data check made service 01 active that was written at line {}", older.line),
+                format!("the data check made service 01 active that was written at {written}"),
             )),
             _ => None,
         }

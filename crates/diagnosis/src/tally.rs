@@ -3,7 +3,7 @@
 use encoring_words::Duration;
 
 use crate::axis::Axis;
-use crate::curve::{LEAST, Point};
+use crate::curve::Point;
 use crate::episode::Conclusion;
 use crate::given::Given;
 use crate::round::Ends;
@@ -53,17 +53,19 @@ impl Tally {
             limits.push(format!("position {position}: fewer than three positions: nothing can be judged"));
             return;
         }
-        let jump = match axis.bend(self.period_ns + axis.refresh_ns) {
-            Some(bend) if self.tolerance == LEAST => (bend / 4 * 3 + 2).max(LEAST),
-            _ => self.tolerance,
-        };
+        let motion = axis.utmost(self.period_ns, 0).unwrap_or_default();
+        let [jump, utmost] = motion.map(|jump| jump.max(self.tolerance));
         if self.is_lost {
             limits.push(format!(
                 "position {position}: at this period no jump can be judged: half of the positions can be passed from row to row"
             ));
         } else {
+            let beyond = match utmost > jump {
+                true => format!("; one of up to {utmost} may be motion within the data sheet"),
+                false => String::new(),
+            };
             limits.push(format!(
-                "position {position}: at this period no jump of up to {jump} steps can be judged"
+                "position {position}: at this period no jump of up to {jump} steps can be judged{beyond}"
             ));
         }
         if let Some(contradiction) = beside.given.contradiction() {

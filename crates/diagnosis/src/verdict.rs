@@ -2,6 +2,7 @@
 
 use crate::cause::{JumpCause, Likelihood};
 use crate::episode::ALTERNATIVES_MAX;
+use crate::services::Services;
 
 /// What rows are judged to be.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -73,11 +74,11 @@ impl Judged {
         doubted.or(&alternatives)
     }
 
-    /// What would tell the cause from the others; empty if there are none.
-    pub(crate) fn apart(&self) -> String {
+    /// What would tell the cause from the others, beside what was seen of services; empty if there are none.
+    pub(crate) fn apart(&self, services: &Services) -> String {
         let mut told: Vec<&str> = Vec::new();
         for cause in [self.cause].into_iter().chain(self.alternatives.iter().copied()) {
-            let what = telling(cause);
+            let what = telling(cause, services);
             if !self.alternatives.is_empty() && !what.is_empty() && !told.contains(&what) {
                 told.push(what);
             }
@@ -87,7 +88,7 @@ impl Judged {
 }
 
 /// What shows whether it is this cause or another.
-const fn telling(cause: JumpCause) -> &'static str {
+const fn telling(cause: JumpCause, services: &Services) -> &'static str {
     match cause {
         JumpCause::ReplyAsPosition => "log the whole word: bit 31 tells a reply",
         JumpCause::TornWords => {
@@ -99,6 +100,9 @@ const fn telling(cause: JumpCause) -> &'static str {
         JumpCause::HalvesExchanged => "log the whole word",
         JumpCause::GrayAsBinary | JumpCause::BinaryAsGray => "read service 01: its byte 1 is the code",
         JumpCause::Wrap => "give S with --parameters",
+        JumpCause::Preset if services.shows_out() => "an input that made a preset shows at its pin",
+        JumpCause::Rescaled | JumpCause::Direction if services.shows_out() => "let the axis go on evenly",
+        JumpCause::Frozen if services.shows_out() => "log the master's status too",
         JumpCause::Preset => "log OUT too: service 06 shows there; an input shows at its pin",
         JumpCause::Rescaled | JumpCause::Direction => {
             "log OUT too: services 01, 02, 03, 09 show there; or let the axis go on evenly"

@@ -87,7 +87,7 @@ impl Window {
             rows: Vec::new(),
             from: 0,
             way: usual,
-            services: Services::default(),
+            services: Services::new(options.counted),
             bends: Bends::default(),
             ends: Ends::default(),
             places: Places::new(&options.known),
@@ -161,7 +161,7 @@ impl Window {
         let is_lost = is_lost(tolerance, &self.axis, self.ends.most);
         for (rows, judged) in finds {
             let judged = if is_lost { judged.doubted() } else { judged };
-            self.ledger.tell(&self.rows, rows, judged);
+            self.ledger.tell(&self.rows, &self.services, rows, judged);
         }
         self.drain(until);
     }
@@ -273,7 +273,10 @@ impl Window {
             let is_found =
                 finds.iter().any(|(found, judged)| judged.cause == cause && near.contains(&found.start));
             if !is_found && !self.ledger.has_told(cause, lines.0) && rows.end <= self.rows.len() {
-                finds.push((rows, Judged::certain(cause, format!("{what} at line {}", lines.0))));
+                finds.push((
+                    rows,
+                    Judged::certain(cause, format!("{what} at {}", self.services.place(lines.0))),
+                ));
             }
         }
     }
@@ -295,7 +298,7 @@ impl Window {
                 ReadAs::Binary | ReadAs::Plain => JumpCause::BinaryAsGray,
                 ReadAs::Exchanged => JumpCause::HalvesExchanged,
             };
-            self.ledger.tell(&self.rows, rows, Judged::likely(cause, evidence));
+            self.ledger.tell(&self.rows, &self.services, rows, Judged::likely(cause, evidence));
         }
     }
 }

@@ -79,7 +79,14 @@ impl AboutArguments {
         }
         let mut known: Vec<KnownPlace> = self.known.iter().map(|known| known.place(origin_ns)).collect();
         known.sort_by_key(|known| known.time_ns);
-        Ok(Options { model: said, active, most_rpm: self.max_rpm, most_mm_s: self.max_mm_s, known })
+        Ok(Options {
+            model: said,
+            active,
+            most_rpm: self.max_rpm,
+            most_mm_s: self.max_mm_s,
+            known,
+            ..Options::default()
+        })
     }
 
     /// The values of the file, if it has all that a scaling needs.

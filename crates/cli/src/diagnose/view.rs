@@ -9,6 +9,7 @@ use encoring_words::{Duration, Model};
 use serde::Serialize;
 
 use super::Diagnosed;
+use crate::found::FoundView;
 use crate::output::wrap::wrapped;
 
 /// An episode.
@@ -20,13 +21,8 @@ struct EventView {
     count: u64,
     time_us: u64,
     position: u8,
-    cause: &'static str,
-    certainty: &'static str,
-    alternatives: Vec<&'static str>,
-    apart: String,
-    evidence: Vec<String>,
-    #[serde(skip)]
-    title: String,
+    #[serde(flatten)]
+    found: FoundView,
     /// The manual's table of causes and remedies is about it [R150..R153].
     #[serde(skip)]
     is_of_the_manual: bool,
@@ -49,12 +45,7 @@ impl EventView {
             count: episode.count,
             time_us: episode.time_ns / 1_000,
             position: episode.position,
-            cause: episode.cause.name(),
-            certainty: episode.certainty.name(),
-            alternatives: episode.alternatives.iter().copied().map(JumpCause::name).collect(),
-            apart: episode.apart.clone(),
-            evidence: episode.evidence.clone(),
-            title: episode.cause.title().to_owned(),
+            found: FoundView::new(episode),
             is_of_the_manual: is_of_the_manual(episode),
         }
     }
@@ -103,15 +94,16 @@ impl fmt::Display for EventView {
             write!(f, " to {}", self.to_line)?;
         }
         let at = Duration::from_micros(self.time_us);
-        writeln!(f, ", {at}, position {}: {}, {}", self.position, self.title, self.certainty)?;
-        for evidence in &self.evidence {
+        let FoundView { title, certainty, evidence, alternatives, apart, .. } = &self.found;
+        writeln!(f, ", {at}, position {}: {title}, {certainty}", self.position)?;
+        for evidence in evidence {
             writeln!(f, "  {evidence}")?;
         }
-        if !self.alternatives.is_empty() {
-            writeln!(f, "  or {}", self.alternatives.join(", "))?;
+        if !alternatives.is_empty() {
+            writeln!(f, "  or {}", alternatives.join(", "))?;
         }
-        if !self.apart.is_empty() {
-            writeln!(f, "  to tell them apart: {}", self.apart)?;
+        if !apart.is_empty() {
+            writeln!(f, "  to tell them apart: {apart}")?;
         }
         Ok(())
     }

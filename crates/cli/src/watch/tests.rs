@@ -82,6 +82,7 @@ fn link(event: &'static str, text: &str) -> News {
         position: None,
         text: text.to_owned(),
         diagnosis: None,
+        found: None,
         lasting: true,
         advice: None,
     }
