@@ -92,7 +92,7 @@ impl Growing {
         match self.existing {
             Existing::Kept => {
                 // Dropped without its name it would be deleted.
-                let path = TempPath::try_from_path(fs::canonicalize(&self.partial)?)?;
+                let path = TempPath::try_from_path(at_any_length(&self.partial))?;
                 path.persist_noclobber(at_any_length(&self.target)).map_err(|refused| {
                     let _ = refused.path.keep();
                     refused.error
@@ -127,7 +127,7 @@ fn put_aside(target: &Path, partial: &Path) -> io::Result<Option<PathBuf>> {
     let found = unwritten(partial)?;
     let _found =
         found.ok_or_else(|| io::Error::new(io::ErrorKind::ResourceBusy, "another program writes it"))?;
-    let mut path = TempPath::try_from_path(fs::canonicalize(partial)?)?;
+    let mut path = TempPath::try_from_path(at_any_length(partial))?;
     for number in 1_u32.. {
         let aside = with_ending(target, &format!("{number}.partial"));
         match path.persist_noclobber(at_any_length(&aside)) {

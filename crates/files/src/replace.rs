@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Seek, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf, Prefix};
 
 use tempfile::{Builder, NamedTempFile};
 
@@ -119,19 +119,27 @@ pub(crate) fn prefix(target: &OsStr) -> OsString {
 /// A file of its own name with the mode that any new file would have.
 pub(crate) fn new_file(folder: &Path, prefix: &OsStr) -> io::Result<NamedTempFile> {
     let open = |path: &Path| sole_writer().read(true).write(true).create_new(true).open(path);
-    // The prefix stands for the name, which chance completes.
-    let place = folder.join(prefix);
-    let made =
-        Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(self::folder(&at_any_length(&place)), open);
+    let made = Builder::new().prefix(prefix).rand_bytes(CHANCE).make_in(at_any_length(folder), open);
     made.map_err(|cause| not_made(folder, cause))
 }
 
 /// The form of a path in which Windows finds also what has more than 260 characters. The library that names files does
 /// not use it by itself, as the standard library does.
 pub(crate) fn at_any_length(path: &Path) -> Cow<'_, Path> {
-    let whole = |name: &OsStr| Some(fs::canonicalize(folder(path)).ok()?.join(name));
-    let found = if cfg!(windows) { path.file_name().and_then(whole) } else { None };
-    found.map_or(Cow::Borrowed(path), Cow::Owned)
+    if !cfg!(windows) {
+        return Cow::Borrowed(path);
+    }
+    let Ok(whole) = std::path::absolute(path) else { return Cow::Borrowed(path) };
+    let (mark, skipped) = match whole.components().next() {
+        Some(Component::Prefix(prefix)) if matches!(prefix.kind(), Prefix::Disk(_)) => (r"\\?\", 0),
+        // \\SERVER\SHARE
+        Some(Component::Prefix(prefix)) if matches!(prefix.kind(), Prefix::UNC(..)) => (r"\\?\UNC\", 2),
+        _ => return Cow::Owned(whole),
+    };
+    match whole.to_str().and_then(|text| text.get(skipped..)) {
+        Some(rest) => Cow::Owned(PathBuf::from(format!("{mark}{rest}"))),
+        None => Cow::Owned(whole),
+    }
 }
 
 /// Why no file could be made in a folder: the operating system does not say whether file or folder is missing.
