@@ -17,8 +17,11 @@ mod plant;
 use mistake::{MISTAKES, Mistake};
 use plant::{Chance, Plant};
 
-/// What was seen of all encoders of a ring, in order, and what each program does wrong.
-fn ring(seed: u64) -> (Vec<(u8, Observed)>, Vec<(Mistake, Plant)>) {
+/// What was seen at which position, in order.
+type Seen = Vec<(u8, Observed)>;
+
+/// A ring of encoders, each with a program and what that does wrong.
+fn ring(seed: u64) -> (Seen, Vec<(Mistake, Plant)>) {
     let mut chance = Chance::of(seed);
     let cycle_us = plant::cycle_us(&mut chance);
     let mut programs = Vec::new();

@@ -85,6 +85,7 @@ fn tell_flaws(referees: &Referees, name: &str) {
         let told = [
             (flaws.gaps, "pauses far longer than usual: across them nothing is judged"),
             (flaws.unseen_writes, "words that nobody was seen to write: these requests are not judged"),
+            (flaws.lone_halves, "writes of half a word whose other half is not known: they are left out"),
             (flaws.backwards, "rows before the row before them: left out"),
         ];
         for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {

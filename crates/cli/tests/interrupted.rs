@@ -200,3 +200,38 @@ fn ctrl_c_twice_ends_every_command_on_a_gateway_that_has_died() {
 fn ctrl_c_twice_ends_every_command_on_a_gateway_that_closes_every_connection() {
     every_command(HANGS_UP);
 }
+
+/// A log of a service that no model has, or of one that all have, and then so many rows without one that only a command that
+/// has judged the service can have taken them from a pipe.
+fn long_log(service: u32) -> String {
+    let rest = service & 0x7FFF_FFFF;
+    let words = [(0, 100), (rest, 100), (service, 100), (service, service), (rest, service), (rest, 100)];
+    let rows = words.into_iter().chain(std::iter::repeat_n((rest, 100), 100_000));
+    let rows = (0..).zip(rows).map(|(row, (out, input))| format!("{},{out:08X},{input:08X}\n", row * 10));
+    format!("time_ms,out,in\n{}", rows.collect::<String>())
+}
+
+#[test]
+fn ctrl_c_ends_the_referee_of_a_pipe_that_gives_nothing_more_with_what_is_known() {
+    for (service, file, code, said) in [
+        (0x8700_0000, "-", 1, "unknown_service"),
+        (0x8700_0000, "/dev/stdin", 1, "unknown_service"),
+        (0x8200_0000, "-", 3, "1 service was seen"),
+    ] {
+        let mut program = Command::new(PROGRAM);
+        program.args(["referee", file, "--model", "ce-65-m"]).stdin(Stdio::piped());
+        let mut child = program.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut pipe = child.stdin.take().unwrap();
+        pipe.write_all(long_log(service).as_bytes()).unwrap();
+        // In the midst of a row.
+        pipe.write_all(b"99999").unwrap();
+        let id = child.id().to_string();
+        assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+        let ended = child.wait_with_output().unwrap();
+        drop(pipe);
+        let [out, told] = [&ended.stdout, &ended.stderr].map(|text| String::from_utf8_lossy(text));
+        assert_eq!(ended.status.code(), Some(code), "{file}: {out}{told}");
+        assert!(out.contains(said), "{out}");
+        assert!(told.contains(": interrupted, judged up to line "), "{told}");
+    }
+}

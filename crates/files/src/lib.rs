@@ -5,6 +5,7 @@
 //! - [`LineFile`]: lines that are there whole or not at all, also on a full disk.
 //! - [`Lock`]: one program at a time.
 //! - [`open`] and [`read_text`]: reading that ends, whatever the name leads to.
+//! - [`Stoppable`]: the same of a pipe, which may give nothing for long.
 //! - [`toml_text`] and [`line_at`]: the line of what is wrong.
 //!
 //! ```
@@ -30,6 +31,7 @@ mod lines;
 mod lock;
 mod read;
 mod replace;
+mod stoppable;
 pub mod toml_text;
 
 pub use growing::{Existing, Growing};
@@ -37,3 +39,4 @@ pub use lines::LineFile;
 pub use lock::{Held, Lock, is_in_use, sole_writer};
 pub use read::{Bounded, TextError, line_at, open, read_text};
 pub use replace::{Replacement, folder, not_made, sync_folder};
+pub use stoppable::Stoppable;

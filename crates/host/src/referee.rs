@@ -173,7 +173,7 @@ impl Referee {
             reply_overlooked: false,
             findings: [None; RULES.len()],
             news: 0,
-            flaws: Flaws { backwards: 0, gaps: 0, unseen_writes: 0 },
+            flaws: Flaws { backwards: 0, gaps: 0, unseen_writes: 0, lone_halves: 0 },
             services: 0,
             input_seen: false,
             line_seen: false,
@@ -338,8 +338,10 @@ impl Referee {
             (Written::Both(word), _) => (word, By::Whole),
             (Written::High(_), Some(out)) => (out, By::High(client)),
             (Written::Low(_), Some(out)) => (out, By::Low(client)),
-            // Half of a word of which the other half is not known.
-            _ => return,
+            _ => {
+                self.flaws.lone_halves = self.flaws.lone_halves.saturating_add(1);
+                return;
+            }
         };
         self.out_is(at, before.after(written), by);
     }

@@ -8,11 +8,11 @@
 //! | `time_us` | microseconds, three decimals, never backwards | rows 1 ms apart from 0 |
 //! | `position` | 0 to 127 | 0 |
 //! | `event` | `cycle` or `write` | `cycle` |
-//! | `out`, `in` | of a cycle: the words; `in` is `off` or empty where nothing came | 0, none |
+//! | `out`, `in` | of a cycle: the words, of which only `in` may be empty, or `off`, where nothing came | 0, none |
 //! | `line` | of a cycle: `good`, `bad`, `silent` or empty | empty |
 //! | `client` | of a write: a number | 0 |
-//! | `half` | of a write: `high`, `low` or `both` | `both` |
-//! | `value` | of a write: 4 hex digits of a half, 8 of both | 0 |
+//! | `half` | of a write: `high`, `low`, or `both` or empty | `both` |
+//! | `value` | of a write: 4 hex digits of a half, 8 of both | there is no write |
 
 use std::io::{self, Read, Write};
 
@@ -102,7 +102,7 @@ impl BusColumn {
             Self::Event => Problem::value(cell, "cycle or write"),
             Self::Client => Problem::value(cell, "a whole number from 0 to 4294967295"),
             Self::Half => Problem::value(cell, "high, low or both"),
-            Self::Value => Problem::value(cell, "4 hex digits of a half, or 8 of both halves"),
+            Self::Value => Problem::value(cell, "4 hex digits of the half that the row names, or 8 of both"),
         }
     }
 }
@@ -114,6 +114,8 @@ struct Own {
     client: u32,
     half: Half,
     value: u32,
+    /// Of the value; 0 if there is none.
+    digits: usize,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -134,20 +136,23 @@ impl Own {
             (BusColumn::Half, b"low") => self.half = Half::Low,
             (BusColumn::Half, b"both") => self.half = Half::Both,
             (BusColumn::Client, digits) => self.client = number(digits, 10)?,
-            (BusColumn::Value, digits) => {
-                self.value = number(digits.strip_prefix(b"0x").unwrap_or(digits), 16)?;
+            (BusColumn::Value, cell) => {
+                let digits = cell.strip_prefix(b"0x").unwrap_or(cell);
+                (self.value, self.digits) = (number(digits, 16)?, digits.len());
             }
             _ => return None,
         }
         Some(())
     }
 
+    /// A half that is missing is no zero.
     fn written(self) -> Option<Written> {
-        Some(match self.half {
-            Half::High => Written::High(u16::try_from(self.value).ok()?),
-            Half::Low => Written::Low(u16::try_from(self.value).ok()?),
-            Half::Both => Written::Both(OutWord(self.value)),
-        })
+        match (self.half, self.digits) {
+            (Half::High, 4) => Some(Written::High(u16::try_from(self.value).ok()?)),
+            (Half::Low, 4) => Some(Written::Low(u16::try_from(self.value).ok()?)),
+            (Half::Both, 8) => Some(Written::Both(OutWord(self.value))),
+            _ => None,
+        }
     }
 }
 
@@ -238,9 +243,13 @@ impl<R: Read> BusReader<R> {
             read.ok_or_else(|| error(*column, cell))?;
             value = if *column == BusColumn::Value { cell } else { value };
         }
+        let out_column = BusColumn::Shared(Column::Out);
         let event = if own.is_write {
             let written = own.written().ok_or_else(|| error(BusColumn::Value, value))?;
             BusEvent::Write { client: own.client, written }
+        } else if row.out.is_none() && self.columns.contains(&out_column) {
+            let problem = Problem::value(b"", "a word: each cycle says what stood on OUT");
+            return Err(self.lines.error(Some(out_column.name()), problem));
         } else {
             BusEvent::Cycle { out: row.out.unwrap_or_default(), input: row.input, line: row.cycle }
         };
@@ -365,7 +374,12 @@ mod tests {
     fn what_cannot_be_read_is_told_with_its_place() {
         let head = "# encoring-bus 1\ntime_us,event,half,value\n";
         for (rest, told) in [
-            ("5,write,high,12345\n", "bus.csv line 3, column value: \"12345\" is not 4 hex digits of a half"),
+            (
+                "5,write,high,12345\n",
+                "bus.csv line 3, column value: \"12345\" is not 4 hex digits of the half",
+            ),
+            ("5,write,high,\n", "bus.csv line 3, column value: \"\" is not 4 hex digits of the half"),
+            ("5,write,,C600\n", "bus.csv line 3, column value: \"C600\" is not 4 hex digits of the half"),
             ("5,reset,,\n", "bus.csv line 3, column event: \"reset\" is not cycle or write"),
             ("5,write,mid,0\n", "bus.csv line 3, column half: \"mid\" is not high, low or both"),
             ("5,cycle\n", "bus.csv line 3: 2 cells, the header has 4"),

@@ -1,7 +1,6 @@
 //! The kinds of input, each as samples of a detector.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::BufRead;
 use std::str::FromStr;
 
 use encoring_diagnosis::{Detector, Options, Picture, Sample};
@@ -12,7 +11,7 @@ use encoring_words::Model;
 use super::{Arguments, Diagnosed};
 use crate::arguments::tell_doubts;
 use crate::interrupt::Interrupt;
-use crate::output::reading::{self, Beside};
+use crate::output::reading;
 use crate::output::{Failure, bad_input};
 
 /// How what `ssi decode --format csv` prints begins.
@@ -20,14 +19,8 @@ const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
 
 /// Reads a file up to its end or a signal.
 pub(super) fn read(file: &str, arguments: &Arguments, interrupt: &Interrupt) -> Result<Diagnosed, Failure> {
-    let name = if file == "-" { "standard input" } else { file };
-    let mut source: Box<dyn BufRead> = if file == "-" {
-        Box::new(io::stdin().lock())
-    } else {
-        let file = File::open(name).map_err(|error| bad_input(format!("cannot open {name}: {error}")))?;
-        let bar = reading::bar(&file, Beside::Nothing);
-        Box::new(BufReader::new(bar.wrap_read(file)))
-    };
+    let name = reading::name(file);
+    let mut source = reading::open(file, interrupt)?;
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
     let is_bus = begins.starts_with(MARK.as_bytes());
     let mut intake = Intake { detector: None, picture: arguments.drawn.picture(), rows: 0 };

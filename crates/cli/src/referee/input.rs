@@ -1,7 +1,6 @@
 //! The four kinds of input, each as what a referee observes.
 
-use std::fs::File;
-use std::io::{self, BufRead, BufReader};
+use std::io::BufRead;
 use std::str::FromStr;
 
 use encoring_bus::Referees;
@@ -11,17 +10,16 @@ use encoring_station::refereeing::{line_seen, observed};
 use encoring_trace::bus::{BusReader, MARK};
 use encoring_trace::{DeviceLine, Input, Row, RowKind};
 use encoring_words::{InWord, Instant, Model, OutWord};
-use indicatif::ProgressBar;
 
 use super::{Arguments, SeenFrom};
 use crate::arguments::tell_doubts;
 use crate::interrupt::Interrupt;
-use crate::output::reading::{self, Beside};
+use crate::output::reading;
 use crate::output::{Failure, bad_input, note};
 
 /// What messages call the trace.
 pub(super) fn name(arguments: &Arguments) -> &str {
-    if arguments.trace == "-" { "standard input" } else { &arguments.trace }
+    reading::name(&arguments.trace)
 }
 
 /// Rows between two looks whether a signal has come.
@@ -30,31 +28,24 @@ const LOOK_EACH: u64 = 1_024;
 /// Shows the trace to referees, up to where a signal comes.
 pub(super) fn read(arguments: &Arguments, interrupt: &Interrupt) -> Result<Referees, Failure> {
     let name = name(arguments);
-    let mut progress = ProgressBar::hidden();
-    let mut source: Box<dyn BufRead> = if arguments.trace == "-" {
-        Box::new(io::stdin().lock())
-    } else {
-        let file = File::open(name).map_err(|error| bad_input(format!("cannot open {name}: {error}")))?;
-        progress = reading::bar(&file, Beside::Nothing);
-        Box::new(BufReader::new(progress.wrap_read(file)))
-    };
+    let mut source = reading::open(&arguments.trace, interrupt)?;
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
-    let judged = if begins.starts_with(MARK.as_bytes()) {
-        bus(arguments, source, interrupt)
+    let (referees, line) = if begins.starts_with(MARK.as_bytes()) {
+        bus(arguments, source, interrupt)?
+    } else if begins.is_empty() && interrupt.is_interrupted() {
+        (Referees::new(Vantage::Log, arguments.model), 0)
     } else {
-        table(arguments, source, interrupt)
+        table(arguments, source, interrupt)?
     };
-    progress.finish_and_clear();
-    judged
-}
-
-/// Whether the reading ends here, because of a signal; then it says so.
-fn ends(interrupt: &Interrupt, rows: u64, (name, line): (&str, u64)) -> bool {
-    let ends = rows.is_multiple_of(LOOK_EACH) && interrupt.is_interrupted();
-    if ends {
+    if interrupt.is_interrupted() {
         note(&format!("note: {name}: interrupted, judged up to line {line} only"));
     }
-    ends
+    Ok(referees)
+}
+
+/// Whether the reading ends here, because of a signal.
+fn ends(interrupt: &Interrupt, rows: u64) -> bool {
+    rows.is_multiple_of(LOOK_EACH) && interrupt.is_interrupted()
 }
 
 fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Result<Referees, Failure> {
@@ -73,7 +64,12 @@ fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> 
     Ok(referees)
 }
 
-fn bus(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> Result<Referees, Failure> {
+/// The referees, and the last line that they were shown.
+fn bus(
+    arguments: &Arguments,
+    source: impl BufRead,
+    interrupt: &Interrupt,
+) -> Result<(Referees, u64), Failure> {
     if !arguments.table.says_nothing() || arguments.seen_from.is_some() {
         return Err(bad_input(format!(
             "{} says itself what its columns are and where it was taken; leave --columns, --decimal, --period and \
@@ -84,17 +80,23 @@ fn bus(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> Re
     let mut reader = BusReader::new(name(arguments), source).map_err(bad_input)?;
     // Writes make it the other vantage.
     let mut referees = referees(arguments, Vantage::Cycles, reader.devices())?;
+    let mut line = 0;
     for (rows, row) in (0..).zip(&mut reader) {
-        let row = row.map_err(bad_input)?;
-        if ends(interrupt, rows, (name(arguments), row.line)) {
+        if ends(interrupt, rows) {
             break;
         }
+        let row = row.map_err(bad_input)?;
+        line = row.line;
         referees.observe(row.position, observed(&row));
     }
-    Ok(referees)
+    Ok((referees, line))
 }
 
-fn table(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> Result<Referees, Failure> {
+fn table(
+    arguments: &Arguments,
+    source: impl BufRead,
+    interrupt: &Interrupt,
+) -> Result<(Referees, u64), Failure> {
     let name = name(arguments);
     let mut reader = arguments.table.reader(name, source)?;
     let said = arguments.seen_from.map(SeenFrom::vantage);
@@ -109,11 +111,13 @@ fn table(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> 
     let mut referees = referees(arguments, vantage, devices)?;
     // What a row does not say stands as it did, by ring position.
     let mut standing = [(0, None); 256];
+    let mut line = 0;
     for (rows, row) in (0..).zip(&mut reader) {
-        let row = row.map_err(bad_input)?;
-        if ends(interrupt, rows, (name, row.line)) {
+        if ends(interrupt, rows) {
             break;
         }
+        let row = row.map_err(bad_input)?;
+        line = row.line;
         if row.kind == RowKind::SsiEdge {
             continue;
         }
@@ -127,7 +131,7 @@ fn table(arguments: &Arguments, source: impl BufRead, interrupt: &Interrupt) -> 
         referees.observe(position, seen_in_row(&row, *out, *input));
     }
     tell_doubts(&reader, name);
-    Ok(referees)
+    Ok((referees, line))
 }
 
 fn seen_in_row(row: &Row, out: u32, input: Option<Input>) -> Observed {

@@ -147,3 +147,55 @@ fn what_cannot_be_judged_at_all_is_refused_with_its_place() {
         "error: standard input line 9, column time_us: 500 is before 4000, the time of the previous row",
     );
 }
+
+#[test]
+fn half_a_word_is_told_and_never_judged() {
+    // A value without its half, a half without its value, and a cycle without its word: none of them is a zero.
+    for (row, half, message) in [
+        (
+            "2100,2,write,,,,4,low,0005",
+            "2100,2,write,,,,4,,0005",
+            "error: standard input line 6, column value: \"0005\" is not 4 hex digits of the half that the row names, or 8 of both",
+        ),
+        (
+            "2100,2,write,,,,4,low,0005",
+            "2100,2,write,,,,4,low,",
+            "error: standard input line 6, column value: \"\" is not 4 hex digits of the half that the row names, or 8 of both",
+        ),
+        (
+            "2000,2,cycle,C6000000,",
+            "2000,2,cycle,,",
+            "error: standard input line 5, column out: \"\" is not a word: each cycle says what stood on OUT",
+        ),
+    ] {
+        assert!(TORN.contains(row));
+        refused(&["referee", "-"], TORN.replace(row, half).as_bytes(), message);
+    }
+    // The other half stood there before the file begins.
+    let trace = TORN.replace("1000,2,cycle,00000000,00000064,good,,,\n", "");
+    let Run { code, out, err } = encoring(&["referee", "-", "--model", "ce-65-m"], trace.as_bytes());
+    assert_eq!((code, out.lines().count()), (Some(3), 2), "{out}");
+    assert!(err.contains("position 2: 1 writes of half a word whose other half is not known"), "{err}");
+    let table = "time_ms,out_high,out_low,in\n0,0000,0000,00000064\n10,8200,,00000064\n";
+    let Run { code, err, .. } = encoring(&["referee", "-"], table.as_bytes());
+    let told = "line 3, column \"out_high\": one half of a word is there and the other is not";
+    assert!(code == Some(2) && err.contains(told), "{err}");
+}
+
+#[test]
+fn a_table_that_runs_backwards_is_refused_and_across_a_pause_nothing_is_judged() {
+    let mut rows = log(&RIGHT);
+    rows += "5,0200270F,00000064\n";
+    let Run { code, err, .. } = encoring(&["referee", "-"], rows.as_bytes());
+    assert_eq!(code, Some(2));
+    assert!(err.contains("line 8") && err.contains("before"), "{err}");
+    // The bit rises, and an hour later it is down: what was between nobody saw.
+    let mut rows = log(&vec![RIGHT[1]; 20]);
+    rows += "200,8200270F,00000064\n3600000,0200270F,00000064\n3600010,0200270F,00000064\n";
+    let Run { code, out, err } = encoring(&["referee", "-", "--model", "ce-65-m"], rows.as_bytes());
+    assert_eq!((code, out.lines().count()), (Some(0), 2), "{out}");
+    assert!(
+        err.contains("position 0: 1 pauses far longer than usual: across them nothing is judged"),
+        "{err}"
+    );
+}

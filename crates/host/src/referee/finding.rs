@@ -69,4 +69,6 @@ pub struct Flaws {
     pub gaps: u32,
     /// Cycles whose OUT word nobody was seen to write.
     pub unseen_writes: u32,
+    /// Writes of half a word of which the other half was not known.
+    pub lone_halves: u32,
 }

@@ -426,7 +426,10 @@ fn what_runs_backwards_has_gaps_or_was_not_written_is_counted_and_not_judged() {
     bench.run(5);
     assert_eq!(bench.found(), []);
     let flaws = bench.referee.flaws();
-    assert_eq!((flaws.gaps, flaws.backwards, flaws.unseen_writes), (1, 1, 2));
+    assert_eq!((flaws.gaps, flaws.backwards, flaws.unseen_writes, flaws.lone_halves), (1, 1, 2, 0));
+    let mut referee = Referee::new(Vantage::Writes, Some(Model::Ce65M));
+    referee.observe(Observed::Write { at: Instant(1), client: 1, written: Written::High(0xC600) });
+    assert_eq!((referee.flaws().lone_halves, referee.services()), (1, 0));
 }
 
 #[test]
