@@ -20,7 +20,7 @@ const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
 /// Reads a file up to its end or a signal.
 pub(super) fn read(file: &str, arguments: &Arguments, interrupt: &Interrupt) -> Result<Diagnosed, Failure> {
     let name = reading::name(file);
-    let mut source = reading::open(file, interrupt)?;
+    let mut source = reading::open(file, interrupt.stop())?;
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
     let is_bus = begins.starts_with(MARK.as_bytes());
     let mut intake = Intake { detector: None, picture: arguments.drawn.picture(), rows: 0 };

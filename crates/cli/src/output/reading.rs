@@ -2,11 +2,12 @@
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, IsTerminal};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use encoring_files::Stoppable;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::interrupt::Interrupt;
 use crate::output::{Failure, bad_input};
 
 /// Files of fewer bytes are read before a bar could be.
@@ -39,16 +40,16 @@ pub(crate) fn name(file: &str) -> &str {
     if file == "-" { "standard input" } else { file }
 }
 
-/// Opens a file, a pipe, or standard input for `-`. What may give nothing for long ends soon after a signal, behind a line that
-/// is whole; whoever reads a file looks at the signal itself.
-pub(crate) fn open(file: &str, interrupt: &Interrupt) -> Result<Box<dyn BufRead>, Failure> {
+/// Opens a file, a pipe, or standard input for `-`. What may give nothing for long ends soon after the mark, behind a line that
+/// is whole; whoever reads a file looks at the mark itself.
+pub(crate) fn open(file: &str, stop: Arc<AtomicBool>) -> Result<Box<dyn BufRead>, Failure> {
     let cannot = |error: io::Error| bad_input(format!("cannot open {}: {error}", name(file)));
     if file == "-" {
-        return Ok(Box::new(Stoppable::new(io::stdin(), interrupt.stop()).map_err(cannot)?));
+        return Ok(Box::new(Stoppable::new(io::stdin(), stop).map_err(cannot)?));
     }
     let opened = File::open(file).map_err(cannot)?;
     if opened.metadata().is_ok_and(|metadata| !metadata.is_file()) {
-        return Ok(Box::new(Stoppable::new(opened, interrupt.stop()).map_err(cannot)?));
+        return Ok(Box::new(Stoppable::new(opened, stop).map_err(cannot)?));
     }
     let bar = bar(&opened, Beside::Nothing);
     Ok(Box::new(BufReader::new(bar.wrap_read(opened))))

@@ -28,7 +28,7 @@ const LOOK_EACH: u64 = 1_024;
 /// Shows the trace to referees, up to where a signal comes.
 pub(super) fn read(arguments: &Arguments, interrupt: &Interrupt) -> Result<Referees, Failure> {
     let name = name(arguments);
-    let mut source = reading::open(&arguments.trace, interrupt)?;
+    let mut source = reading::open(&arguments.trace, interrupt.stop())?;
     let begins = source.fill_buf().map_err(|error| bad_input(format!("cannot read {name}: {error}")))?;
     let (referees, line) = if begins.starts_with(MARK.as_bytes()) {
         bus(arguments, source, interrupt)?
