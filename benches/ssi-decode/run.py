@@ -83,7 +83,7 @@ def main():
     reader = argparse.ArgumentParser()
     reader.add_argument("encoring", type=pathlib.Path)
     reader.add_argument("folder", type=pathlib.Path)
-    reader.add_argument("--seconds", type=int, default=2)
+    reader.add_argument("--seconds", type=int, default=10)
     reader.add_argument("--rounds", type=int, default=3)
     reader.add_argument("--large", type=int, default=0)
     options = reader.parse_args()

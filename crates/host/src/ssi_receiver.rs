@@ -193,6 +193,7 @@ impl SsiReceiver {
     }
 
     /// The levels from `now` on; gives the transfer that ended before. A time before the last one told counts as that.
+    #[inline]
     pub fn levels(&mut self, now: Instant, clock: Level, data: Level) -> Option<SsiTransfer> {
         let ended = self.time(now);
         if self.phase == Phase::Untold {
@@ -205,6 +206,7 @@ impl SsiReceiver {
     }
 
     /// Time has come to `now` without a change; gives the transfer that has ended by then.
+    #[inline]
     pub fn time(&mut self, now: Instant) -> Option<SsiTransfer> {
         self.now = self.now.max(now);
         let Phase::Transfer(running) = &mut self.phase else { return None };
@@ -230,6 +232,7 @@ impl SsiReceiver {
         };
     }
 
+    #[inline]
     fn edge(&mut self, clock: Level) {
         let (now, data, format) = (self.now, self.data, self.format);
         let takes = (clock == Level::Low) == (self.taken_at == TakenAt::Falling);

@@ -44,6 +44,7 @@ pub struct SsiTimings {
 
 impl SsiTimings {
     /// From `now` on the lines show these levels.
+    #[inline]
     pub fn levels(&mut self, now: Instant, clock: Level, data: Level) {
         let clock_before = self.clock.replace(clock);
         if clock_before == Some(Level::High) && clock == Level::Low {

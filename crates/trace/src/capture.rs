@@ -243,6 +243,7 @@ struct Told<F> {
 }
 
 impl<F: FnMut(CaptureChange) -> ControlFlow<()>> Told<F> {
+    #[inline]
     fn tell(&mut self, time_ns: u64, high: u64, known: u64) -> ControlFlow<()> {
         let high = high & known;
         if self.last == Some((high, known)) {

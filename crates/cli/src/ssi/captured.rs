@@ -203,10 +203,11 @@ impl Captured {
     #[expect(clippy::needless_pass_by_value, reason = "its end, with the reading, ends the channel")]
     fn read(&mut self, hand_on: SyncSender<Vec<CaptureChange>>) -> Result<CaptureEnd, CaptureError> {
         let Self { capture, lines, interrupt } = self;
-        let mut batch = Vec::new();
+        let mut batch = Vec::with_capacity(BATCH);
         let end = capture.changes(lines, |change| {
             batch.push(change);
-            let is_taken = batch.len() < BATCH || hand_on.send(mem::take(&mut batch)).is_ok();
+            let is_taken = batch.len() < BATCH
+                || hand_on.send(mem::replace(&mut batch, Vec::with_capacity(BATCH))).is_ok();
             if is_taken && !interrupt.is_interrupted() {
                 ControlFlow::Continue(())
             } else {

@@ -20,6 +20,9 @@ const WIDE: usize = 16;
 /// So many times, before whole blocks are.
 const NEAR: usize = 4;
 
+/// Bytes of a block.
+const FAR: usize = 512;
+
 /// What the metadata says.
 pub(super) struct Head {
     rate: SampleRate,
@@ -150,6 +153,8 @@ struct Samples<'a> {
     places: Vec<(usize, u8)>,
     /// The bits of a sample that are selected.
     mask: Vec<u8>,
+    /// Of each byte the levels, where a sample is one.
+    levels_of: Vec<u64>,
     known: u64,
     piece: Vec<u8>,
     /// Bytes of a sample whose rest is still to come.
@@ -169,8 +174,9 @@ impl<'a> Samples<'a> {
             }
         }
         let known = if places.len() == 64 { u64::MAX } else { (1 << places.len()) - 1 };
+        let levels_of = (0..=u8::MAX).map(|byte| levels(&places, &[byte])).collect();
         let piece = vec![0; PIECE.next_multiple_of(head.unit)];
-        Self { head, places, mask, known, piece, rest: 0, number: 0, before: Vec::new() }
+        Self { head, places, mask, levels_of, known, piece, rest: 0, number: 0, before: Vec::new() }
     }
 
     /// Reads until the piece is full; `false` at the end of the part.
@@ -219,7 +225,7 @@ impl<'a> Samples<'a> {
                 self.before.clear();
                 self.before.extend_from_slice(sample);
                 let time_ns = self.head.rate.time_ns(self.number)?;
-                if told.tell(time_ns, self.levels(sample), self.known).is_break() {
+                if told.tell(time_ns, levels(&self.places, sample), self.known).is_break() {
                     return Some(ControlFlow::Break(()));
                 }
             }
@@ -235,30 +241,28 @@ impl<'a> Samples<'a> {
         mut samples: &[u8],
         told: &mut Told<F>,
     ) -> Option<ControlFlow<()>> {
-        loop {
-            let same = self.before.first().map_or(0, |before| bytes_alike(samples, mask, *before));
+        let mut before = self.before.first().copied();
+        let found = loop {
+            let same = before.map_or(0, |before| bytes_alike(samples, mask, before));
             self.number = self.number.checked_add(same as u64)?;
-            samples = samples.get(same..).unwrap_or_default();
-            let Some(sample) = samples.first_chunk::<1>() else { return Some(ControlFlow::Continue(())) };
-            match self.before.first_mut() {
-                Some(before) => [*before] = *sample,
-                None => self.before.extend(sample),
+            let Some((&sample, behind)) = samples.get(same..).and_then(<[u8]>::split_first) else {
+                break ControlFlow::Continue(());
+            };
+            let high = self.levels_of.get(usize::from(sample)).copied()?;
+            if told.tell(self.head.rate.time_ns(self.number)?, high, self.known).is_break() {
+                break ControlFlow::Break(());
             }
-            let time_ns = self.head.rate.time_ns(self.number)?;
-            if told.tell(time_ns, self.levels(sample), self.known).is_break() {
-                return Some(ControlFlow::Break(()));
-            }
-        }
+            self.number = self.number.checked_add(1)?;
+            (before, samples) = (Some(sample), behind);
+        };
+        self.before.clear();
+        self.before.extend(before);
+        Some(found)
     }
 
     fn differs(&self, sample: &[u8]) -> bool {
         let bytes = sample.iter().zip(&self.before).zip(&self.mask);
         bytes.into_iter().any(|((now, before), mask)| (now ^ before) & mask != 0)
-    }
-
-    fn levels(&self, sample: &[u8]) -> u64 {
-        let high = |(byte, bit): &(usize, u8)| sample.get(*byte).is_some_and(|byte| byte & bit != 0);
-        self.places.iter().zip(0..).map(|(place, number)| u64::from(high(place)) << number).sum()
     }
 
     /// The last time that the samples tell of is that of the last one.
@@ -273,27 +277,46 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// How many bytes at the beginning are as `like` in the bits of `mask`.
+/// What channels at these bits of these bytes show.
+fn levels(places: &[(usize, u8)], sample: &[u8]) -> u64 {
+    let high = |(byte, bit): &(usize, u8)| sample.get(*byte).is_some_and(|byte| byte & bit != 0);
+    places.iter().zip(0..).map(|(place, number)| u64::from(high(place)) << number).sum()
+}
+
+/// How many bytes at the beginning are as `like` in the bits of `mask`. Most runs within a transfer are short.
+#[inline]
 fn bytes_alike(bytes: &[u8], mask: u8, like: u8) -> usize {
-    let (masks, likes) = (u128::from_ne_bytes([mask; WIDE]), u128::from_ne_bytes([like; WIDE]));
-    let unlike = |wide: &[u8; WIDE]| (u128::from_le_bytes(*wide) ^ likes) & masks;
-    let (wides, rest) = bytes.as_chunks::<WIDE>();
-    let alike = |wides: &[[u8; WIDE]]| wides.iter().take_while(|wide| unlike(wide) == 0).count();
-    let near = alike(wides.get(..NEAR).unwrap_or(wides));
-    let alike = if near < NEAR {
-        near
-    } else {
-        // Written so that the compiler takes wide registers.
-        let (blocks, _) = wides.get(NEAR..).unwrap_or_default().as_chunks::<16>();
-        let is_alike = |block: &&[[u8; WIDE]; 16]| {
-            block.as_flattened().iter().fold(0, |unlike, byte| unlike | byte ^ like) & mask == 0
-        };
-        let far = NEAR + blocks.iter().take_while(is_alike).count() * 16;
-        far + alike(wides.get(far..).unwrap_or_default())
-    };
-    let bytes_more = match wides.get(alike) {
-        Some(wide) => unlike(wide).trailing_zeros() as usize / 8,
-        None => rest.iter().take_while(|byte| (**byte ^ like) & mask == 0).count(),
-    };
-    alike * WIDE + bytes_more
+    let (wides, _) = bytes.as_chunks::<WIDE>();
+    for (wide, number) in wides.iter().take(NEAR).zip(0..) {
+        if let Some(alike) = end_of_run(wide, mask, like) {
+            return number * WIDE + alike;
+        }
+    }
+    let near = wides.len().min(NEAR) * WIDE;
+    near + bytes_alike_far(bytes.get(near..).unwrap_or_default(), mask, like)
+}
+
+/// The same beyond the first few.
+fn bytes_alike_far(bytes: &[u8], mask: u8, like: u8) -> usize {
+    // Written so that the compiler takes wide registers.
+    let is_alike = |block: &&[u8; FAR]| block.iter().fold(0, |unlike, byte| unlike | byte ^ like) & mask == 0;
+    let (blocks, _) = bytes.as_chunks::<FAR>();
+    let far = blocks.iter().take_while(is_alike).count() * FAR;
+    let (wides, rest) = bytes.get(far..).unwrap_or_default().as_chunks::<WIDE>();
+    let mut alike = far;
+    for wide in wides {
+        match end_of_run(wide, mask, like) {
+            Some(more) => return alike + more,
+            None => alike += WIDE,
+        }
+    }
+    alike + rest.iter().take_while(|byte| (**byte ^ like) & mask == 0).count()
+}
+
+/// How many of these bytes are as `like` before the first that is not, if there is one.
+#[inline]
+fn end_of_run(wide: &[u8; WIDE], mask: u8, like: u8) -> Option<usize> {
+    let all = |byte| u128::from_ne_bytes([byte; WIDE]);
+    let unlike = (u128::from_le_bytes(*wide) ^ all(like)) & all(mask);
+    (unlike != 0).then(|| unlike.trailing_zeros() as usize / 8)
 }
