@@ -20,7 +20,7 @@ pub(crate) use self::look::Seen;
 use self::look::{again, look};
 use self::names::{Half, Meaning, Recognised, Word, recognise};
 use self::source::{ROW_LIMIT, Rows};
-use self::time::{Commas, Scale, Unit};
+use self::time::{Commas, Marks, Scale, Unit, decimal};
 use crate::columns::{Column, CycleSeen, Doubt, Input, ROW_NS, Row, Style};
 use crate::decimal::Decimal;
 use crate::error::{Error, Problem, excerpt};
@@ -55,6 +55,7 @@ pub(crate) struct Table<R> {
     /// Where the times begin, less the days that have passed since.
     origin_ns: i128,
     previous_ns: Option<u64>,
+    marks: Marks,
     assumed: String,
     doubt: Doubt,
 }
@@ -67,12 +68,18 @@ impl<R: Read> Table<R> {
         layout: &TableLayout,
     ) -> Result<Self, Error> {
         let (head, seen) = look(&mut lines, seen, layout)?;
-        let wrong = |(column, problem): Misfit| {
-            let column = column.map(|index| head.label(index));
-            lines.error_at(seen.get(head.at).map(|seen| seen.number), column, problem)
-        };
-        check(&head, layout).map_err(wrong)?;
         let first = seen.get(head.rows_at()).map(|row| head::cells(&row.text, head.separator));
+        let says_all = layout.columns.is_some() || layout.period_ns.is_some();
+        let at = seen.get(head.at).map(|seen| seen.number);
+        let head = if says_all {
+            head
+        } else {
+            head.timed(first.as_deref()).map_err(|(_, problem)| lines.error_at(at, None, problem))?
+        };
+        let wrong =
+            |(column, problem): Misfit| lines.error_at(at, column.map(|index| head.label(index)), problem);
+        let row = seen.get(head.rows_at()).map(|row| row.text.as_slice());
+        check(&head, row, layout).map_err(wrong)?;
         let time = scale(&head, first.as_deref()).map_err(wrong)?;
         if time.is_some() && layout.period_ns.is_some() {
             let others = head.columns.iter().copied().filter(|(_, meaning)| !meaning.is_time()).collect();
@@ -115,6 +122,7 @@ impl<R: Read> Table<R> {
             period_ns: layout.period_ns.unwrap_or(ROW_NS),
             origin_ns: 0,
             previous_ns: None,
+            marks: Marks::default(),
             assumed,
             doubt: Doubt::Nothing,
         })
@@ -207,7 +215,7 @@ impl<R: Read> Table<R> {
     fn other(&self, index: usize, column: Column, row: &mut Row) -> Result<(), Misfit> {
         let cell = self.record.get(index).unwrap_or_default().trim_ascii();
         let shown = || column.problem(cell, self.style);
-        let text = str::from_utf8(cell).map_err(|_| (Some(index), shown()))?;
+        let text = head::unquoted(str::from_utf8(cell).map_err(|_| (Some(index), shown()))?);
         let comma = column.is_decimal() && self.commas == Commas::Decimal;
         let again = if comma { text.replacen(',', ".", 1) } else { text.to_ascii_lowercase() };
         column.read(again.as_bytes(), row, self.style).ok_or_else(|| match column {
@@ -281,8 +289,17 @@ impl<R: Read> Table<R> {
             return Ok(found);
         }
         let wrong = |problem| (Some(index), Problem::Table(problem));
-        let text = || str::from_utf8(cell).unwrap_or_default();
-        let Some(found) = natural.map(i128::from).or_else(|| scale.ns(text(), self.commas)) else {
+        let text = head::unquoted(str::from_utf8(cell).unwrap_or_default());
+        let may_be_both = self.commas == Commas::Decimal && matches!(scale, Scale::Unit(_));
+        if may_be_both && self.marks.in_doubt(text, self.previous_ns.is_some()) {
+            let whole = text.replace(['.', ','], "");
+            let problem = format!(
+                "{text}: decimals, or {whole} with a mark between its thousands, as whole times stand above; write all \
+                 times with decimals, or none with a mark"
+            );
+            return Err(wrong(problem));
+        }
+        let Some(found) = natural.map(i128::from).or_else(|| scale.ns(text, self.commas)) else {
             let comma = match scale {
                 Scale::Unit(_) if self.commas == Commas::Separate && cell.contains(&b',') => DECIMAL_POINT,
                 _ => "",
@@ -323,17 +340,12 @@ fn is_blank(record: &csv::ByteRecord) -> bool {
 type Misfit = (Option<usize>, Problem);
 
 /// What must be true of a header, however it was found.
-fn check(head: &Head, layout: &TableLayout) -> Result<(), Misfit> {
+fn check(head: &Head, row: Option<&[u8]>, layout: &TableLayout) -> Result<(), Misfit> {
     check_once(head, layout)?;
     if layout.columns.is_none() {
         check_close(head)?;
-        if !head.columns.iter().any(|(_, meaning)| meaning.is_content()) {
-            let other = head.names.iter().position(|name| recognise(name) == Recognised::Other);
-            let problem = format!(
-                "no column is in, out or value by its name; say which, as {}",
-                head.to_type(other.map(|index| ("in", index)))
-            );
-            return Err((None, Problem::Table(problem)));
+        if let Some(problem) = head.without_content(row) {
+            return Err((None, problem));
         }
     }
     check_halves(head, Word::Out, "out", Column::Out)?;
@@ -429,6 +441,14 @@ fn scale(head: &Head, first: Option<&[String]>) -> Result<Option<(usize, Scale)>
 fn unitless(head: &Head, cell: &str, index: usize) -> Problem {
     let others: Vec<_> = head.columns.iter().copied().filter(|(other, _)| *other != index).collect();
     let others = head.with(others);
+    if decimal(cell, Commas::Decimal, 0).is_none() {
+        return Problem::Table(format!(
+            "{:?} is no time that is read, such as 2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; \
+             rewrite them, or leave the column out and say how far rows are apart, as {} --period 10ms",
+            excerpt(cell.as_bytes()),
+            others.to_type(None)
+        ));
+    }
     Problem::Table(format!(
         "no unit, and {:?} is no date; type {}, or with time_s, time_us or time_ns",
         excerpt(cell.as_bytes()),
@@ -454,6 +474,7 @@ fn assumed(
         parts.push(match time {
             Some((time, scale)) if time == *index => match scale {
                 Scale::Unit(unit) => format!("time in {} {}", unit.name(), from(*index)),
+                Scale::Span => format!("time {}", from(*index)),
                 _ => format!("time {} counts from the first row", from(*index)),
             },
             _ => format!("{} {}", meaning.name(), from(*index)),

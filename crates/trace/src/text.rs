@@ -22,6 +22,9 @@ pub(crate) struct Text<R> {
 impl<R: Read> Text<R> {
     pub(crate) fn new(mut source: R) -> io::Result<Self> {
         let start = start(&mut source)?;
+        if start.starts_with(b"\xFF\xFE\0\0") || start.starts_with(b"\0\0\xFE\xFF") {
+            return Err(io::Error::new(io::ErrorKind::InvalidData, "the text is UTF-32; save it as UTF-8"));
+        }
         let encoding = encoding(&start);
         let source = DecodeReaderBytesBuilder::new()
             .encoding(encoding)

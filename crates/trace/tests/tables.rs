@@ -6,7 +6,7 @@ use encoring_trace::{CycleSeen, Error, Input, Reader, Row, TableLayout};
 use encoring_words::number::Bare;
 
 /// Every table of the folder, what `--columns` says, and further options.
-const TABLES: [(&str, &str, &str); 33] = [
+const TABLES: [(&str, &str, &str); 42] = [
     ("base.csv", "", ""),
     ("bom.csv", "", ""),
     ("crlf.csv", "", ""),
@@ -39,6 +39,15 @@ const TABLES: [(&str, &str, &str); 33] = [
     ("since-1970.csv", "", ""),
     ("no-header.csv", "time_s=1,out=2,in=3", ""),
     ("no-time.csv", "", "period"),
+    ("thousands.csv", "", ""),
+    ("unit-behind.csv", "", ""),
+    ("iec-spans.csv", "", ""),
+    ("pandas-spans.csv", "", "decimal"),
+    ("zone-apart.csv", "", ""),
+    ("time-by-unit.csv", "", ""),
+    ("time-by-date.csv", "", ""),
+    ("quoted-variables.csv", "time=Timestamp,out=DB10.OUT,in=DB10.IN", ""),
+    ("twincat.csv", "time_ms=1,out=2,in=4", "decimal"),
     ("quoted-names.csv", "time_s=\"Time, s\",out=\"a=b\",in=IN", ""),
 ];
 
@@ -203,6 +212,53 @@ fn a_refused_table_says_where_why_and_what_to_type() {
             "line 1, column \"Time\": no unit, and \"1\" is no date; type --columns \"time_ms=Time,in=IN\", or with \
              time_s, time_us or time_ns",
         ),
+        (
+            "time_us;in\n0;00000000\n1.000;00000000\n",
+            "",
+            "line 3, column \"time_us\": 1.000: decimals, or 1000 with a mark between its thousands, as whole times \
+             stand above; write all times with decimals, or none with a mark",
+        ),
+        (
+            "time_us;in\n0;00000000\n1'00;00000000\n",
+            "",
+            "line 3, column \"time_us\": \"1'00\" is not a time in us",
+        ),
+        (
+            "Time (UTC);IN\n5;00000000\n",
+            "",
+            "line 1, column \"Time (UTC)\": no unit, and \"5\" is no date; type --columns \"time_ms=Time (UTC),in=IN\", \
+             or with time_s, time_us or time_ns",
+        ),
+        (
+            "time,IN\n11/27/2026 10:00:00,00000000\n",
+            "",
+            "line 1, column \"time\": \"11/27/2026 10:00:00\" is no time that is read, such as \
+             2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; rewrite them, or leave the column out \
+             and say how far rows are apart, as --columns \"in=IN\" --period 10ms",
+        ),
+        (
+            "Takt [ms];Dauer [ms];IN\n1;2;00000000\n",
+            "",
+            "line 1: \"Takt [ms]\" and \"Dauer [ms]\" may both be the time; say which is, as --columns \
+             \"time_ms=Takt [ms],in=IN\", or give --period",
+        ),
+        (
+            "Time ms;IN\n1;00000000\n",
+            "",
+            "line 1, column \"Time ms\": looks like time_ms; if it is, type --columns \"time_ms=Time ms,in=IN\"; if \
+             not, type --columns \"in=IN\"",
+        ),
+        (
+            "Time [s],\"IN \"\"a\"\"\"\n1,00000000\n",
+            "",
+            "line 1, column \"IN \\\"a\\\"\": looks like in; if it is, type --columns \"time_s=Time [s],in=IN a\"; if \
+             not, type --columns \"time_s=Time [s]\"",
+        ),
+        (
+            "time_us|out|in\n0|00000000|00000000\n",
+            "",
+            "line 1: \"time_us|out|in\" is one cell: cells are separated by `,`, `;` or a tab; write one of them",
+        ),
         ("t [s];in_high\n1;0000\n", "", "line 1: in_high and in_low: only one of the halves is there"),
         (
             "in_high;in_low\n0000;\n",
@@ -229,6 +285,25 @@ fn a_refused_table_says_where_why_and_what_to_type() {
     ] {
         let error = rows(file.as_bytes(), &layout(columns, "")).unwrap_err();
         assert_eq!(error.to_string(), format!("a.csv {expected}"), "{file}");
+    }
+}
+
+#[test]
+fn a_mark_in_a_time_is_one_of_decimals_once_a_time_has_had_decimals() {
+    for first in ["0,000", "0.5", "1,000"] {
+        let table = format!("time_ms;in\n{first};00000000\n12,500;00000000\n");
+        let rows = rows(table.as_bytes(), &TableLayout::default()).unwrap();
+        assert_eq!(rows.last().unwrap().time_ns, 12_500_000, "{first}");
+    }
+    let tall = rows(b"time_ms,in\n0,00000000\n1.000,00000000\n", &TableLayout::default()).unwrap();
+    assert_eq!(tall.last().unwrap().time_ns, 1_000_000, "a comma separates the cells");
+}
+
+#[test]
+fn text_of_four_bytes_a_letter_is_refused_by_name() {
+    for file in [&b"\xFF\xFE\0\0t\0\0\0"[..], b"\0\0\xFE\xFF\0\0\0t"] {
+        let error = rows(file, &TableLayout::default()).unwrap_err().to_string();
+        assert_eq!(error, "a.csv line 1: cannot read: the text is UTF-32; save it as UTF-8");
     }
 }
 

@@ -2,8 +2,9 @@
 
 use encoring_words::number::{self, Bare};
 
+use super::Misfit;
 use super::layout::{Columns, typed};
-use super::names::{Meaning, Recognised, recognise};
+use super::names::{Meaning, Recognised, recognise, unit_apart};
 use super::time::{Commas, Scale, Unit, decimal};
 use crate::columns::Column;
 use crate::error::Problem;
@@ -68,6 +69,42 @@ impl Head {
         self.columns.iter().filter_map(|(index, _)| cells.get(*index)).any(|cell| is_data(cell))
     }
 
+    /// The same with the one column that can only be the time, where none is by its name: it has a unit of time, or
+    /// dates in the first row.
+    pub(super) fn timed(mut self, first: Option<&[String]>) -> Result<Self, Misfit> {
+        if self.columns.iter().any(|(_, meaning)| meaning.is_time()) {
+            return Ok(self);
+        }
+        let dated = |index: usize| first.and_then(|first| Scale::of(first.get(index)?)).is_some();
+        let time = |(index, name): (usize, &String)| {
+            let unit = unit_apart(name).1.or_else(|| self.unit_below(index));
+            let meaning = unit.map(Meaning::Time).or_else(|| dated(index).then_some(Meaning::TimeAsNamed));
+            meaning.filter(|_| recognise(name) == Recognised::Other).map(|time| (index, time))
+        };
+        let found: Vec<_> = self.names.iter().enumerate().filter_map(time).collect();
+        match *found {
+            [] => {}
+            [only] => self.columns.push(only),
+            [(index, time), (other, _), ..] => {
+                let problem = format!(
+                    "{} and {} may both be the time; say which is, as {}, or give --period",
+                    self.label(index),
+                    self.label(other),
+                    self.to_type(Some((time.name(), index)))
+                );
+                return Err((None, Problem::Table(problem)));
+            }
+        }
+        self.columns.sort_unstable_by_key(|(index, _)| *index);
+        Ok(self)
+    }
+
+    /// Why it cannot be used if no column that is read holds words or positions; the row is the first.
+    pub(super) fn without_content(&self, row: Option<&[u8]>) -> Option<Problem> {
+        let there = self.columns.iter().any(|(_, meaning)| meaning.is_content());
+        (!there).then(|| nameless(&self.names, &example(&self.names, row.as_ref(), false)))
+    }
+
     /// What a column is called in messages.
     pub(super) fn label(&self, index: usize) -> String {
         match self.names.get(index) {
@@ -109,7 +146,11 @@ impl Head {
 
 /// The option as it is typed into a shell.
 fn option(columns: &str) -> String {
-    if columns.contains('"') { format!("--columns '{columns}'") } else { format!("--columns \"{columns}\"") }
+    if columns.contains(['"', '$', '`', '\\']) {
+        format!("--columns '{columns}'")
+    } else {
+        format!("--columns \"{columns}\"")
+    }
 }
 
 /// Looks for the head of a table, line by line. The first line that may be a header and has data below it is it.
@@ -179,8 +220,10 @@ fn by_columns(line: &[u8], at: usize, columns: &Columns) -> Option<Head> {
     let heads = SEPARATORS.into_iter().filter_map(|separator| {
         let names = names(line, separator);
         let place = |name: &str| {
-            let same = names.iter().position(|known| known == name);
-            same.or_else(|| names.iter().position(|known| known.eq_ignore_ascii_case(name)))
+            let place = |same: &dyn Fn(&str) -> bool| names.iter().position(|known| same(known));
+            place(&|known| known == name)
+                .or_else(|| place(&|known| known.eq_ignore_ascii_case(name)))
+                .or_else(|| place(&|known| known.replace('"', "").eq_ignore_ascii_case(name)))
         };
         let named: Option<Vec<_>> =
             columns.0.iter().map(|(meaning, name)| Some((place(name)?, *meaning))).collect();
@@ -190,8 +233,14 @@ fn by_columns(line: &[u8], at: usize, columns: &Columns) -> Option<Head> {
         let numbered: Option<Vec<_>> =
             columns.0.iter().map(|(meaning, name)| Some((column_number(name)?, *meaning))).collect();
         let head = Head { separator, at, names: Vec::new(), columns: numbered?, units: Vec::new() };
-        let fits = head.columns.iter().all(|(index, _)| *index < cells(line, separator).len());
-        (fits && head.has_data(line)).then_some(head)
+        let cells = cells(line, separator);
+        let fits = head.columns.iter().all(|(index, _)| *index < cells.len());
+        // A sentence stands in the lines before the rows.
+        let has_digits =
+            |cell: &String| cell.is_empty() || cell.contains(|letter: char| letter.is_ascii_digit());
+        let time = head.columns.iter().find(|(_, meaning)| meaning.is_time());
+        let timed = time.and_then(|(index, _)| cells.get(*index)).is_none_or(has_digits);
+        (fits && timed && head.has_data(line)).then_some(head)
     });
     heads.max_by_key(|head| cells(line, head.separator).len())
 }
@@ -231,12 +280,18 @@ pub(super) fn missing(lines: &[&[u8]], columns: Option<&Columns>) -> (usize, Pro
     let Some(line) = lines.get(at) else { return (0, Column::no_header()) };
     let names = SEPARATORS.map(|separator| names(line, separator)).into_iter().max_by_key(Vec::len);
     let names = names.unwrap_or_default();
+    if let [only] = names.as_slice()
+        && only.contains(['|', ' '])
+        && columns.is_none()
+    {
+        let problem =
+            format!("{only:?} is one cell: cells are separated by `,`, `;` or a tab; write one of them");
+        return (at, Problem::Table(problem));
+    }
     let headless = is_row(line);
     let row = if headless { Some(line) } else { lines.get(at + 1) };
     let example = example(&names, row, headless);
-    let listed: Vec<_> = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect();
-    let more = if names.len() > LISTED { " and more" } else { "" };
-    let there = format!("{}{more}", listed.join(", "));
+    let there = listed(&names);
     let sentence = match columns {
         Some(columns) if !headless => {
             let absent = columns
@@ -249,11 +304,23 @@ pub(super) fn missing(lines: &[&[u8]], columns: Option<&Columns>) -> (usize, Pro
         }
         Some(_) => format!("no header, so --columns takes numbers from 1, as {example}"),
         None if headless => format!("no header: say which column is which by its number, as {example}"),
-        None => {
-            format!("none of the columns {there} is in, out or value by its name; say which, as {example}")
-        }
+        None => return (at, nameless(&names, &example)),
     };
     (at, Problem::Table(sentence))
+}
+
+/// No column holds words or positions by its name.
+fn nameless(names: &[String], example: &str) -> Problem {
+    let there = listed(names);
+    Problem::Table(format!(
+        "none of the columns {there} is in, out or value by its name; say which, as {example}"
+    ))
+}
+
+fn listed(names: &[String]) -> String {
+    let listed: Vec<_> = names.iter().take(LISTED).map(|name| format!("{name:?}")).collect();
+    let more = if names.len() > LISTED { " and more" } else { "" };
+    format!("{}{more}", listed.join(", "))
 }
 
 /// An option that may be what is wanted.
@@ -283,7 +350,7 @@ fn example(names: &[String], row: Option<&&[u8]>, headless: bool) -> String {
         [only] => (None, Some(only)),
         [] => (None, None),
     };
-    let unit = time.and_then(|index| names.get(index)).and_then(|name| super::names::unit_apart(name).1);
+    let unit = time.and_then(|index| names.get(index)).and_then(|name| unit_apart(name).1);
     let time_name = match (time.map(cell).and_then(Scale::of), unit) {
         (Some(_), _) => "time".to_owned(),
         (None, unit) => format!("time_{}", unit.unwrap_or(Unit::Ms).name()),
@@ -295,7 +362,7 @@ fn example(names: &[String], row: Option<&&[u8]>, headless: bool) -> String {
 
 /// The cells of a line.
 pub(crate) fn cells(line: &[u8], separator: u8) -> Vec<String> {
-    let text = |cell: &[u8]| String::from_utf8_lossy(cell).trim().to_owned();
+    let text = |cell: &[u8]| unquoted(String::from_utf8_lossy(cell).trim()).to_owned();
     // To make a reader costs as much as to read a thousand rows.
     if !line.contains(&b'"') {
         return line.split(|byte| *byte == separator).map(text).collect();
@@ -306,6 +373,11 @@ pub(crate) fn cells(line: &[u8], separator: u8) -> Vec<String> {
     // A slice cannot fail; a line with an open quote gives what there is.
     let _ = reader.read_byte_record(&mut record);
     record.iter().map(text).collect()
+}
+
+/// A cell without quotes that a space stood before.
+pub(super) fn unquoted(cell: &str) -> &str {
+    cell.strip_prefix('"').and_then(|rest| rest.strip_suffix('"')).unwrap_or(cell)
 }
 
 /// The cells of a line without the empty ones at its end, where a separator too many stands.

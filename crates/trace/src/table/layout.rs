@@ -71,7 +71,8 @@ fn pairs(text: &str) -> Result<Vec<(String, Option<String>)>, String> {
     if quoted { Err("a double quote is not closed".to_owned()) } else { Ok(pairs) }
 }
 
-/// A name as it is typed into `--columns`.
+/// A name as it is typed into `--columns`, where quotes within a name are left out.
 pub(super) fn typed(name: &str) -> String {
-    if name.contains([',', '=']) { format!("\"{name}\"") } else { name.to_owned() }
+    let name = name.replace('"', "");
+    if name.contains([',', '=']) { format!("\"{name}\"") } else { name }
 }

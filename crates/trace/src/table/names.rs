@@ -43,7 +43,7 @@ const FURTHER: [(&str, Meaning); 8] = [
 ];
 
 /// What others call a time.
-const TIMES: [&str; 3] = ["time", "timestamp", "t"];
+const TIMES: [&str; 5] = ["time", "timestamp", "t", "zeit", "zeitstempel"];
 
 impl Meaning {
     /// Every name with what it means.
@@ -90,7 +90,7 @@ pub(super) fn recognise(name: &str) -> Recognised {
     let lower = name.trim().to_lowercase();
     let (stem, unit) = unit_apart(&lower);
     match unit {
-        None if TIMES.contains(&stem) => return Recognised::As(Meaning::TimeAsNamed),
+        None if TIMES.contains(&before_brackets(stem)) => return Recognised::As(Meaning::TimeAsNamed),
         Some(unit) if TIMES.contains(&stem) => return Recognised::As(Meaning::Time(unit)),
         _ => {}
     }
@@ -100,15 +100,21 @@ pub(super) fn recognise(name: &str) -> Recognised {
     }
 }
 
-/// A name without its unit in brackets, and the unit.
+/// A name without its unit, and the unit: `Time [ms]`, `t (s)`, `t/ms`, `Time in s`.
 pub(super) fn unit_apart(name: &str) -> (&str, Option<Unit>) {
     let name = name.trim();
-    let apart = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+    let apart = [("[", "]"), ("(", ")"), ("/", ""), (" in ", "")].into_iter().find_map(|(open, close)| {
         let (stem, rest) = name.rsplit_once(open)?;
         let unit = Unit::named(rest.strip_suffix(close)?.trim())?;
         Some((stem.trim_end(), unit))
     });
     apart.map_or((name, None), |(stem, unit)| (stem, Some(unit)))
+}
+
+/// A name without what stands in brackets behind it.
+fn before_brackets(name: &str) -> &str {
+    let behind = name.ends_with([']', ')']).then(|| name.find(['[', '('])).flatten();
+    name.get(..behind.unwrap_or(name.len())).unwrap_or(name).trim_end()
 }
 
 /// One of our names that this one could be meant for: the same letters otherwise written, one letter too many, too few
@@ -119,11 +125,10 @@ fn close(lower: &str) -> Option<&'static str> {
     let alike = |ours: &str| {
         let ours = letters(ours);
         let one_off = written.len().abs_diff(ours.len()) < 2 && strsim::osa_distance(&written, &ours) == 1;
-        written == ours
-            || one_off && ours.len() > 3
-            || one_off && written.len() != ours.len() && written.starts_with(&ours)
+        one_off && ours.len() > 3 || one_off && written.len() != ours.len() && written.starts_with(&ours)
     };
-    let known = Meaning::all().map(|(name, _)| name).find(|name| alike(name));
+    let names = || Meaning::all().map(|(name, _)| name);
+    let known = names().find(|name| written == letters(name)).or_else(|| names().find(|name| alike(name)));
     let mut pieces = lower.split(|letter: char| !letter.is_alphanumeric());
     known.or_else(|| {
         pieces.find_map(|piece| match piece {

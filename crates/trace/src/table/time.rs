@@ -2,10 +2,10 @@
 
 use std::str::FromStr;
 
-use jiff::Timestamp;
 use jiff::civil::{self, DateTime};
 use jiff::fmt::strtime::BrokenDownTime;
 use jiff::tz::TimeZone;
+use jiff::{SignedDuration, Timestamp};
 
 /// Numbers from here on are counted from 1970, in seconds: 2000-01-01.
 const DATES_FROM_S: i128 = 946_684_800;
@@ -27,6 +27,8 @@ pub(super) enum Scale {
     DayFirst,
     /// A time of day.
     OfDay,
+    /// A span of time with its units, or with days.
+    Span,
 }
 
 /// A unit of time.
@@ -41,11 +43,11 @@ pub(super) enum Unit {
 impl Unit {
     pub(super) fn named(name: &str) -> Option<Self> {
         match name.to_lowercase().as_str() {
-            "s" => Some(Self::S),
-            "ms" => Some(Self::Ms),
+            "s" | "sec" | "seconds" => Some(Self::S),
+            "ms" | "msec" | "milliseconds" => Some(Self::Ms),
             // Micro sign, and the Greek letter, which looks the same.
-            "us" | "\u{B5}s" | "\u{3BC}s" => Some(Self::Us),
-            "ns" => Some(Self::Ns),
+            "us" | "\u{B5}s" | "\u{3BC}s" | "usec" | "microseconds" => Some(Self::Us),
+            "ns" | "nsec" | "nanoseconds" => Some(Self::Ns),
             _ => None,
         }
     }
@@ -77,27 +79,29 @@ impl Unit {
 impl Scale {
     /// The scale of a time without a unit: a date or a time of day.
     pub(super) fn of(cell: &str) -> Option<Self> {
-        // A date alone, or what has a time of day.
-        if !cell.contains(':') && cell.matches('-').count() < 2 {
+        // A date alone, or what has a time of day or a mark.
+        if !cell.contains([':', '#']) && ['-', '/'].iter().all(|mark| cell.matches(*mark).count() < 2) {
             return None;
         }
-        let dates = [Self::Zoned, Self::Wall, Self::DayFirst, Self::OfDay];
+        let dates = [Self::Zoned, Self::Wall, Self::DayFirst, Self::OfDay, Self::Span];
         dates.into_iter().find(|scale| scale.ns(cell, Commas::Decimal).is_some())
     }
 
     /// Nanoseconds, from wherever this scale counts; `None` for what is no such time.
     pub(super) fn ns(self, cell: &str, commas: Commas) -> Option<i128> {
         match self {
-            Self::Unit(unit) => decimal(cell, commas, unit.power()),
-            Self::Zoned => Timestamp::from_str(&unmarked(cell)).ok().map(Timestamp::as_nanosecond),
-            Self::Wall => wall(DateTime::from_str(&unmarked(cell)).ok()?),
-            Self::DayFirst => wall(day_first(cell)?),
+            Self::Unit(unit) => decimal(cell, commas, unit.power())
+                .or_else(|| decimal(&ungrouped(cell)?, commas, unit.power())),
+            Self::Zoned => either(cell, |text| Timestamp::from_str(text).ok()).map(Timestamp::as_nanosecond),
+            Self::Wall => wall(either(cell, |text| DateTime::from_str(text).ok())?),
+            Self::DayFirst => wall(either(cell, day_first)?),
             Self::OfDay => {
-                let time = civil::Time::from_str(&unmarked(cell)).ok()?;
+                let time = either(cell, |text| civil::Time::from_str(text).ok())?;
                 // A date alone reads as midnight, and a number as an hour.
                 cell.contains(':').then_some(())?;
                 Some(time.duration_since(civil::Time::MIN).as_nanos())
             }
+            Self::Span => span(cell),
         }
     }
 
@@ -122,13 +126,14 @@ impl Scale {
             Self::Wall => "a date and time, as 2026-11-27 10:00:00.001".to_owned(),
             Self::DayFirst => "a date and time, as 27.11.2026 10:00:00.001".to_owned(),
             Self::OfDay => "a time of day, as 10:00:00.001".to_owned(),
+            Self::Span => "a span of time, as T#1s200ms".to_owned(),
         }
     }
 
     /// From where the times of a table count whose first one is this.
     pub(super) fn start(self, first_ns: i128) -> i128 {
         match self {
-            Self::Unit(_) if (0..DATES_FROM_S * NS_PER_S).contains(&first_ns) => 0,
+            Self::Unit(_) | Self::Span if (0..DATES_FROM_S * NS_PER_S).contains(&first_ns) => 0,
             _ => first_ns,
         }
     }
@@ -161,6 +166,82 @@ fn unmarked(cell: &str) -> std::borrow::Cow<'_, str> {
     }
 }
 
+/// Reads a date or a time as it stands, and otherwise as ISO 8601 has it.
+fn either<T>(cell: &str, read: impl Fn(&str) -> Option<T>) -> Option<T> {
+    let text = unmarked(cell);
+    read(&text).or_else(|| read(&tidied(&text)))
+}
+
+/// A date and a time with two digits of the hour, dashes in a date that begins with the year, a point before the
+/// milliseconds, and the zone close behind: `2026/11/27 9:00:00:001 +01:00`.
+fn tidied(cell: &str) -> String {
+    let zoned = cell.rsplit_once(' ').and_then(|(time, zone)| match zone {
+        "UTC" | "Z" => Some((time, "Z")),
+        _ => zone.starts_with(['+', '-']).then_some((time, zone)),
+    });
+    let (text, zone) = zoned.unwrap_or((cell, ""));
+    let (date, time) = match text.split_once([' ', 'T']) {
+        Some((date, time)) => (date, time),
+        None => ("", text),
+    };
+    let date = if date.find('/') == Some(4) { date.replace('/', "-") } else { date.to_owned() };
+    let hour = if time.find(':') == Some(1) { "0" } else { "" };
+    let time = match time.rsplit_once(':') {
+        Some((seconds, milliseconds)) if time.matches(':').count() == 3 => {
+            format!("{seconds}.{milliseconds}")
+        }
+        _ => time.to_owned(),
+    };
+    let between = if date.is_empty() { "" } else { " " };
+    format!("{date}{between}{hour}{time}{zone}")
+}
+
+/// `T#1s200ms` of IEC 61131-3, and `0 days 00:00:01.200` of pandas.
+fn span(cell: &str) -> Option<i128> {
+    if let Some((days, time)) = cell.split_once(" days ") {
+        let time = Scale::OfDay.ns(time.strip_prefix('+').unwrap_or(time), Commas::Separate)?;
+        return Some(decimal(days, Commas::Separate, 0)?.checked_mul(DAY_NS)? + time);
+    }
+    let (mark, rest) = cell.split_once('#')?;
+    let is_span = ["T", "TIME", "LT", "LTIME"].iter().any(|known| mark.eq_ignore_ascii_case(known));
+    let text = rest.replace('_', "").to_ascii_lowercase();
+    SignedDuration::from_str(&text).ok().filter(|_| is_span).map(|span| span.as_nanos())
+}
+
+/// A number without the marks between its thousands that are nothing else: apostrophes and narrow spaces.
+fn ungrouped(cell: &str) -> Option<String> {
+    let is_mark = |letter| matches!(letter, '\'' | '\u{2019}' | '\u{A0}' | '\u{202F}' | '\u{2009}');
+    let whole = cell.find(['.', ',']).unwrap_or(cell.len());
+    let (whole, decimals) = cell.split_at_checked(whole)?;
+    let groups: Vec<_> = whole.split(is_mark).collect();
+    let (_, behind) = groups.split_first().filter(|(_, behind)| !behind.is_empty())?;
+    behind.iter().all(|group| group.len() == 3).then(|| format!("{}{decimals}", groups.concat()))
+}
+
+/// What the marks in the numbers of a column are, where a comma separates no cells.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Marks {
+    /// A number had decimals, so a mark in another is that of decimals.
+    has_decimals: bool,
+}
+
+impl Marks {
+    /// Whether one more number is one of thousands or one with decimals, as `1.000` and `12,500` are behind others without
+    /// a mark.
+    pub(super) fn in_doubt(&mut self, cell: &str, has_others: bool) -> bool {
+        let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+        let Some((before, behind)) = cell.split_once(['.', ',']) else { return false };
+        let may_be_thousands = matches!(before.len(), 1..=3)
+            && !before.starts_with('0')
+            && behind.len() == 3
+            && digits(before)
+            && digits(behind);
+        let in_doubt = has_others && !self.has_decimals && may_be_thousands;
+        self.has_decimals |= !in_doubt;
+        in_doubt
+    }
+}
+
 fn wall(time: DateTime) -> Option<i128> {
     // Without a zone a clock is taken to go on evenly.
     TimeZone::UTC.to_timestamp(time).ok().map(Timestamp::as_nanosecond)
@@ -168,7 +249,7 @@ fn wall(time: DateTime) -> Option<i128> {
 
 fn day_first(cell: &str) -> Option<DateTime> {
     let cell = cell.replace(',', ".");
-    let forms = ["%d.%m.%Y %H:%M:%S%.f", "%d.%m.%YT%H:%M:%S%.f", "%d.%m.%Y %H:%M"];
+    let forms = ["%d.%m.%Y %H:%M:%S%.f", "%d.%m.%y %H:%M:%S%.f", "%d.%m.%YT%H:%M:%S%.f", "%d.%m.%Y %H:%M"];
     forms.into_iter().find_map(|form| BrokenDownTime::parse(form, &cell).ok()?.to_datetime().ok())
 }
 
