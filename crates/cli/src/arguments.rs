@@ -24,7 +24,7 @@ mod table;
 
 pub(crate) use encoring_sim::span::read as span;
 pub(crate) use groups::{Consent, Lasting, Output, Pace, State, TypeLabel, built_with};
-pub(crate) use table::{TableArguments, tell_doubts};
+pub(crate) use table::{TableArguments, tell_assumed, tell_doubts};
 
 /// A ring position; whatever the bus, there are no more.
 pub(crate) fn position(text: &str) -> Result<usize, String> {

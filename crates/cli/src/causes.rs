@@ -7,10 +7,8 @@ use std::collections::BTreeMap;
 
 use encoring_bus::watch::{Poll, Sight, Subject};
 use encoring_bus::{Insight, Judge, Judgement, Tolerance};
-use encoring_diagnosis::{ActiveValues, Counted, Episode, Options, Recent, Sample, Sighting};
+use encoring_diagnosis::{ActiveValues, Counted, Episode, FoundView, Options, Recent, Sample, Sighting};
 use encoring_host::validity::Stop;
-
-use crate::found::FoundView;
 
 /// A cause that was found, and of which encoder.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ mod view;
 use std::io::{self, IsTerminal, Write};
 
 use clap::Args;
-use encoring_diagnosis::{Conclusion, JumpCause, Picture};
+use encoring_diagnosis::{Diagnosed, DiagnosisReport, JumpCause};
 
 use crate::arguments::{Output, TableArguments};
 use crate::interrupt::Interrupt;
@@ -54,17 +54,6 @@ pub(crate) struct Arguments {
     table: TableArguments,
 }
 
-/// Fewer rows show no motion.
-const ROWS_LEAST: u64 = 3;
-
-/// What a file says.
-struct Diagnosed {
-    name: String,
-    rows: u64,
-    conclusion: Conclusion,
-    picture: Option<Picture>,
-}
-
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let interrupt = Interrupt::new()?;
     interrupt.only_looks();
@@ -82,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     if arguments.output.format == Format::Text && io::stdout().is_terminal() {
         io::stdout().lock().write_all(drawn::small(&diagnosed, &charts).as_bytes())?;
     }
-    arguments.output.print(&view::ReportView::new(&diagnosed))?;
+    arguments.output.print(&view::ReportView(DiagnosisReport::new(&diagnosed)))?;
     Ok(answer(&diagnosed))
 }
 
@@ -92,6 +81,6 @@ fn answer(diagnosed: &[Diagnosed]) -> Answer {
         return Answer::No;
     }
     let is_unclear = episodes().any(|episode| episode.cause == JumpCause::Unclear);
-    let is_judged = diagnosed.iter().any(|file| file.rows >= ROWS_LEAST);
+    let is_judged = diagnosed.iter().any(Diagnosed::is_judged);
     if is_unclear || !is_judged { Answer::Unknown } else { Answer::Yes }
 }

@@ -14,7 +14,6 @@ mod completions;
 mod decode;
 mod diagnose;
 mod dialog;
-mod found;
 #[cfg(test)]
 mod help_rules;
 mod interrupt;

@@ -5,6 +5,7 @@ use std::time::{Duration as Real, SystemTime};
 
 use encoring_bus::watch::Poll;
 use encoring_bus::{Link, RingNews};
+use encoring_diagnosis::FoundView;
 use encoring_host::referee::Vantage;
 use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
@@ -14,7 +15,6 @@ use serde::Serialize;
 
 use crate::acknowledging::Acknowledging;
 use crate::causes::Caused;
-use crate::found::FoundView;
 use crate::output::time::{seconds, span};
 
 /// Which date a time on the bus's clock is.

@@ -15,6 +15,8 @@ use axum::{Extension, Router};
 use encoring_station::answer::LineFate;
 use encoring_station::shown::AboutRing;
 use encoring_station::{ChangesSince, Permission, RingEvent, RingStopped};
+use encoring_words::Model;
+use encoring_words::model::MODELS;
 use futures_util::stream::{self, Stream};
 use serde::{Deserialize, Serialize};
 use tokio::sync::watch;
@@ -24,7 +26,7 @@ use tokio::time::{Instant, timeout};
 use crate::frames::Frame;
 use crate::in_json::{given, in_json, refused, stopped};
 use crate::shared::{BODY_BYTES_MAX, Ends, Shared};
-use crate::{assets, guard, metrics, units};
+use crate::{assets, diagnose, guard, metrics, units};
 
 /// The most changes in one answer; the next ones are asked for then.
 const CHANGES_MAX: usize = 2_000;
@@ -37,7 +39,7 @@ struct Way {
     handler: fn() -> MethodRouter<Shared>,
 }
 
-const WAYS: [Way; 10] = [
+const WAYS: [Way; 11] = [
     Way { path: "/healthz", method: "get", handler: || get(healthz) },
     Way { path: "/metrics", method: "get", handler: || get(metrics::metrics) },
     Way { path: "/api/state", method: "get", handler: || get(state) },
@@ -47,6 +49,7 @@ const WAYS: [Way; 10] = [
     Way { path: "/api/happened", method: "get", handler: || get(happened) },
     Way { path: "/api/events", method: "get", handler: || get(events) },
     Way { path: "/api/command", method: "post", handler: || post(command) },
+    Way { path: "/api/diagnose", method: "post", handler: || post(diagnose::diagnose) },
     Way { path: "/api/login", method: "post", handler: || post(login) },
 ];
 
@@ -84,11 +87,14 @@ struct About {
     ring: AboutRing,
     /// Whether verbs that change something are taken.
     may_change: bool,
+    /// The names of all models.
+    models: Vec<&'static str>,
 }
 
 async fn about(State(shared): State<Shared>) -> Response {
     let may_change = shared.permission == Permission::Change;
-    given(&About { ring: shared.ring.about(), may_change })
+    let models = MODELS.map(Model::name).to_vec();
+    given(&About { ring: shared.ring.about(), may_change, models })
 }
 
 #[derive(Deserialize)]

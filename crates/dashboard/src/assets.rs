@@ -25,6 +25,7 @@ const ASSETS: &[Asset] = &[
     asset!("/texts/de.json", "texts/de.json", "application/json"),
     asset!("/js/main.js", "js/main.js", "text/javascript; charset=utf-8"),
     asset!("/js/ask.js", "js/ask.js", "text/javascript; charset=utf-8"),
+    asset!("/js/diagnosis.js", "js/diagnosis.js", "text/javascript; charset=utf-8"),
     asset!("/js/login.js", "js/login.js", "text/javascript; charset=utf-8"),
     asset!("/js/api.js", "js/api.js", "text/javascript; charset=utf-8"),
     asset!("/js/dom.js", "js/dom.js", "text/javascript; charset=utf-8"),

@@ -23,6 +23,9 @@ use crate::shared::{Ends, Shared};
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; \
      connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
+/// Where a recording is sent.
+const RECORDING: &str = "/api/diagnose";
+
 const TOLD: [(header::HeaderName, &str); 6] = [
     (header::CONTENT_SECURITY_POLICY, POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -42,7 +45,7 @@ pub(crate) enum Turned {
     #[error("requests from other pages are refused")]
     Origin,
     /// As a form of any page can send it.
-    #[error("the body must be application/json")]
+    #[error("the body must be application/json, a recording application/octet-stream")]
     Kind,
     /// It names no token.
     #[error("a token is needed: as a bearer, or entered in the page")]
@@ -117,7 +120,9 @@ pub(crate) fn judge(
     if method == Method::POST {
         let kind = one(headers, header::CONTENT_TYPE).ok().flatten().unwrap_or_default();
         let kind = kind.split(';').next().unwrap_or_default().trim();
-        if !kind.eq_ignore_ascii_case("application/json") {
+        // Neither is a kind that a page of another site may send without asking.
+        let wanted = if uri.path() == RECORDING { "application/octet-stream" } else { "application/json" };
+        if !kind.eq_ignore_ascii_case(wanted) {
             return Err(Turned::Kind);
         }
     }

@@ -10,6 +10,7 @@
 mod access;
 mod api;
 mod assets;
+mod diagnose;
 mod frames;
 mod guard;
 mod in_json;

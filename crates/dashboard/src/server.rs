@@ -15,7 +15,7 @@ use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpStream;
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 use tokio::task::JoinSet;
 use tokio::time::{Duration, sleep};
 
@@ -95,6 +95,7 @@ pub fn start(
         permission: options.permission,
         access: Arc::new(Access::new(options.token.clone(), address.port())),
         hosts: hosts(address.ip().to_canonical(), &options.hosts).into(),
+        diagnosing: Arc::new(Semaphore::new(1)),
         slow: options.slow,
         stopped,
     };

@@ -4,7 +4,7 @@ use std::net::IpAddr;
 use std::sync::Arc;
 
 use encoring_station::{Permission, ShownRing};
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 use tokio::time::Duration;
 
 use crate::access::Access;
@@ -22,6 +22,8 @@ pub(crate) struct Shared {
     pub(crate) access: Arc<Access>,
     pub(crate) frames: Arc<Frames>,
     pub(crate) hosts: Arc<[String]>,
+    /// One recording at a time.
+    pub(crate) diagnosing: Arc<Semaphore>,
     pub(crate) slow: Duration,
     pub(crate) stopped: watch::Receiver<()>,
 }

@@ -6,6 +6,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use encoring_bus::Judgement;
+use encoring_diagnosis::CAUSES;
 use encoring_host::referee::RULES;
 
 type Texts = BTreeMap<String, String>;
@@ -103,6 +104,9 @@ fn every_service_status_register_bit_verdict_and_rule_has_its_text() {
         for kind in ["broken", "advice"] {
             assert!(english.contains_key(&format!("{kind}.{}", rule.name())), "{kind} {}", rule.name());
         }
+    }
+    for cause in CAUSES {
+        assert!(english.contains_key(&format!("cause.{}", cause.name())), "{}", cause.name());
     }
     for verdict in Judgement::WORDS {
         assert!(english.contains_key(&format!("worth.{verdict}")), "{verdict}");

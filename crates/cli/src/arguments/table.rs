@@ -42,17 +42,27 @@ impl TableArguments {
 
     /// Reads a trace, a recording, a log or a table up to its header, and says what was assumed.
     pub(crate) fn reader<R: Read>(&self, name: &str, source: R) -> Result<Reader<R>, Failure> {
-        let layout = TableLayout {
+        let reader =
+            Reader::with(name, source, &self.layout()).map_err(|error| bad_input(error.to_string()))?;
+        tell_assumed(&reader, name);
+        Ok(reader)
+    }
+
+    /// All that is said.
+    pub(crate) fn layout(&self) -> TableLayout {
+        TableLayout {
             columns: self.columns.clone(),
             period_ns: self.period.map(Duration::as_nanos),
             bare: self.bare(),
             faults: None,
-        };
-        let reader = Reader::with(name, source, &layout).map_err(|error| bad_input(error.to_string()))?;
-        if let Some(assumed) = reader.assumed() {
-            note(&format!("note: {name}: {assumed}"));
         }
-        Ok(reader)
+    }
+}
+
+/// Says, before the first row, what was assumed of a table.
+pub(crate) fn tell_assumed<R: Read>(reader: &Reader<R>, name: &str) {
+    if let Some(assumed) = reader.assumed() {
+        note(&format!("note: {name}: {assumed}"));
     }
 }
 

@@ -4,11 +4,10 @@ use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use encoring_diagnosis::{PagePart, Picture, page};
+use encoring_diagnosis::{Diagnosed, PagePart, Picture, page};
 use encoring_figure::Chart;
 use encoring_files::Existing;
 
-use super::Diagnosed;
 use crate::output::Failure;
 use crate::output::new_file::{check_new_file, write_new_file};
 

@@ -1,138 +1,19 @@
-//! What was found, for people and for programs.
+//! What was found, on a terminal.
 
 use std::fmt;
 
-use encoring_diagnosis::{Episode, JumpCause};
-use encoring_words::model::MODELS;
-use encoring_words::sheet::StepChange;
-use encoring_words::{Duration, Model};
+use encoring_diagnosis::DiagnosisReport;
 use serde::Serialize;
 
-use super::Diagnosed;
-use crate::found::FoundView;
 use crate::output::wrap::wrapped;
 
-/// An episode.
+/// The report with its long lines broken.
 #[derive(Serialize)]
-struct EventView {
-    file: String,
-    line: u64,
-    to_line: u64,
-    count: u64,
-    time_us: u64,
-    position: u8,
-    #[serde(flatten)]
-    found: FoundView,
-    /// The manual's table of causes and remedies is about it [R150..R153].
-    #[serde(skip)]
-    is_of_the_manual: bool,
-}
-
-/// The whole report.
-#[derive(Serialize)]
-pub(super) struct ReportView {
-    events: Vec<EventView>,
-    judged: Vec<String>,
-    limits: Vec<String>,
-}
-
-impl EventView {
-    fn new(file: &str, episode: &Episode) -> Self {
-        Self {
-            file: file.to_owned(),
-            line: episode.line,
-            to_line: episode.to_line,
-            count: episode.count,
-            time_us: episode.time_ns / 1_000,
-            position: episode.position,
-            found: FoundView::new(episode),
-            is_of_the_manual: is_of_the_manual(episode),
-        }
-    }
-}
-
-/// Whether it is, or may be, mechanical or electrical.
-fn is_of_the_manual(episode: &Episode) -> bool {
-    let causes = [episode.cause].into_iter().chain(episode.alternatives.iter().copied());
-    causes.into_iter().any(JumpCause::is_of_the_manual)
-}
-
-/// The table of the one manual that has it.
-fn step_changes() -> &'static [StepChange] {
-    MODELS.into_iter().map(Model::step_changes).find(|steps| !steps.is_empty()).unwrap_or_default()
-}
-
-impl ReportView {
-    pub(super) fn new(diagnosed: &[Diagnosed]) -> Self {
-        let events = |file: &Diagnosed| {
-            let name = file.name.clone();
-            file.conclusion.episodes.iter().map(|episode| EventView::new(&name, episode)).collect::<Vec<_>>()
-        };
-        let sentences = |of: fn(&Diagnosed) -> &[String]| {
-            let several = diagnosed.len() > 1;
-            let named = |file: &Diagnosed, sentence: &String| match several {
-                true => format!("{}: {sentence}", file.name),
-                false => sentence.clone(),
-            };
-            diagnosed
-                .iter()
-                .flat_map(|file| of(file).iter().map(move |sentence| named(file, sentence)))
-                .collect()
-        };
-        Self {
-            events: diagnosed.iter().flat_map(events).collect(),
-            judged: sentences(|file| &file.conclusion.judged),
-            limits: sentences(|file| &file.conclusion.limits),
-        }
-    }
-}
-
-impl fmt::Display for EventView {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} line {}", self.file, self.line)?;
-        if self.to_line != self.line {
-            write!(f, " to {}", self.to_line)?;
-        }
-        let at = Duration::from_micros(self.time_us);
-        let FoundView { title, certainty, evidence, alternatives, apart, .. } = &self.found;
-        writeln!(f, ", {at}, position {}: {title}, {certainty}", self.position)?;
-        for evidence in evidence {
-            writeln!(f, "  {evidence}")?;
-        }
-        if !alternatives.is_empty() {
-            writeln!(f, "  or {}", alternatives.join(", "))?;
-        }
-        if !apart.is_empty() {
-            writeln!(f, "  to tell them apart: {apart}")?;
-        }
-        Ok(())
-    }
-}
+#[serde(transparent)]
+pub(super) struct ReportView(pub(super) DiagnosisReport);
 
 impl fmt::Display for ReportView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut text = String::new();
-        for limit in &self.limits {
-            text += &format!("{limit}\n");
-        }
-        if self.judged.is_empty() {
-            text += "nothing could be judged: no row holds a position\n";
-        } else if self.events.is_empty() {
-            text += "no step change\n";
-        }
-        // As the picture and the page number them.
-        for (number, event) in (1..).zip(&self.events) {
-            text += &format!("{number}. {event}");
-        }
-        if self.events.iter().any(|event| event.is_of_the_manual) {
-            text += "what may be mechanical or electrical has these causes and remedies in the manual:\n";
-            for StepChange { cause, remedy } in step_changes() {
-                text += &format!("  {cause}: {remedy}\n");
-            }
-        }
-        for judged in &self.judged {
-            text += &format!("judged: {judged}\n");
-        }
-        f.write_str(&wrapped(&text, 2))
+        f.write_str(&wrapped(&self.0.to_string(), 2))
     }
 }

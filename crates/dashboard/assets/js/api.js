@@ -27,6 +27,12 @@ async function post(path, body) {
   return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));
 }
 
+/** Has a recording read; its file is sent as it is. */
+export async function diagnose(file, model) {
+  const path = `/api/diagnose?name=${encodeURIComponent(file.name)}&model=${encodeURIComponent(model)}`;
+  return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file }));
+}
+
 export const about = () => get("/api/about");
 export const login = (token) => post("/api/login", { token });
 

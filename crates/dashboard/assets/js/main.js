@@ -5,6 +5,7 @@ import { attribute, h, put } from "./dom.js";
 import { LANGUAGES, number, span, speak, t, usual } from "./texts.js";
 import { hex, searches } from "./words.js";
 import { ask } from "./ask.js";
+import * as diagnosis from "./diagnosis.js";
 import * as encoder from "./encoder.js";
 import * as handshake from "./handshake.js";
 import * as lessons from "./lessons.js";
@@ -12,7 +13,7 @@ import { enter } from "./login.js";
 import * as ring from "./ring.js";
 import * as trend from "./trend.js";
 
-const VIEWS = { ring, encoder, handshake, trend, lessons };
+const VIEWS = { ring, encoder, handshake, trend, diagnosis, lessons };
 /** The lessons set a ring up, which only a simulation lets them do. */
 const OF_SIMULATION = ["lessons"];
 const OF_ENCODER = ["encoder", "handshake", "trend"];

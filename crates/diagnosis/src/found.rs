@@ -1,25 +1,34 @@
-//! The cause of a jump, as it is printed.
+//! The cause of a jump, for people in one line and for programs.
 
 use std::fmt;
 
-use encoring_diagnosis::{Episode, JumpCause};
 use serde::Serialize;
 
+use crate::cause::JumpCause;
+use crate::episode::Episode;
+
 /// What was found of a jump.
-#[derive(Clone, Debug, Serialize)]
-pub(crate) struct FoundView {
-    pub(crate) cause: &'static str,
-    pub(crate) certainty: &'static str,
-    pub(crate) alternatives: Vec<&'static str>,
-    pub(crate) apart: String,
-    pub(crate) evidence: Vec<String>,
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct FoundView {
+    /// Its name for programs.
+    pub cause: &'static str,
+    /// How sure it is.
+    pub certainty: &'static str,
+    /// What else it may be, the likeliest first.
+    pub alternatives: Vec<&'static str>,
+    /// What would tell them apart; empty if nothing else is possible.
+    pub apart: String,
+    /// What speaks for it.
+    pub evidence: Vec<String>,
     /// The cause for people.
     #[serde(skip)]
-    pub(crate) title: &'static str,
+    pub title: &'static str,
 }
 
 impl FoundView {
-    pub(crate) fn new(episode: &Episode) -> Self {
+    /// That of an episode.
+    #[must_use]
+    pub fn new(episode: &Episode) -> Self {
         Self {
             cause: episode.cause.name(),
             certainty: episode.certainty.name(),

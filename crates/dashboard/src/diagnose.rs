@@ -1,0 +1,179 @@
+//! A recording that is dropped on the page: what `encoring diagnose` would print of it, and its picture.
+//!
+//! It is read as it comes, in a thread beside that of the ring, so that nothing of it is kept but what the diagnosis
+//! needs. One is read at a time.
+
+use std::io::{self, BufReader, Read};
+use std::str::FromStr;
+
+use axum::body::{Body, Bytes};
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
+use axum::http::StatusCode;
+use axum::response::Response;
+use encoring_diagnosis::{Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, Unreadable};
+use encoring_figure::Chart;
+use encoring_words::Model;
+use futures_util::StreamExt;
+use serde::{Deserialize, Serialize};
+use tokio::sync::mpsc::{Receiver, Sender, channel};
+use tokio::task::spawn_blocking;
+use tokio::time::{Duration, timeout};
+
+use crate::in_json::{given, refused};
+use crate::shared::Shared;
+
+/// The longest recording.
+const RECORDING_BYTES_MAX: usize = 100_000_000;
+
+/// How long all of it may take to come.
+const COMES_WITHIN: Duration = Duration::from_secs(300);
+
+/// Pieces that have come and are not read yet.
+const PIECES_WAITING: usize = 4;
+
+/// What is said of a recording.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DiagnoseQuery {
+    /// What the report calls it.
+    #[serde(default)]
+    name: String,
+    /// The model on the type label; empty: the recording names it, or nobody knows it.
+    #[serde(default)]
+    model: String,
+}
+
+/// What is found.
+#[derive(Serialize)]
+struct Found {
+    rows: u64,
+    /// `false` if there were too few rows.
+    judged: bool,
+    /// What was assumed of a table.
+    assumed: Option<String>,
+    report: DiagnosisReport,
+    /// In SVG.
+    picture: String,
+}
+
+/// Why what comes is not taken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+enum NotTaken {
+    #[error("the recording is longer than {RECORDING_BYTES_MAX} bytes; use encoring diagnose")]
+    TooLong,
+    #[error("the recording did not come in time")]
+    TooSlow,
+    #[error("the recording is broken off")]
+    BrokenOff,
+}
+
+impl NotTaken {
+    const fn status(self) -> StatusCode {
+        match self {
+            Self::TooLong => StatusCode::PAYLOAD_TOO_LARGE,
+            Self::TooSlow => StatusCode::REQUEST_TIMEOUT,
+            Self::BrokenOff => StatusCode::BAD_REQUEST,
+        }
+    }
+}
+
+/// Bytes on their way from the connection to whoever reads them in another thread.
+struct Coming {
+    pieces: Receiver<Result<Bytes, NotTaken>>,
+    piece: Bytes,
+}
+
+impl Read for Coming {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        while self.piece.is_empty() {
+            match self.pieces.blocking_recv() {
+                Some(piece) => self.piece = piece.map_err(io::Error::other)?,
+                None => return Ok(0),
+            }
+        }
+        let taken = self.piece.split_to(into.len().min(self.piece.len()));
+        into.iter_mut().zip(&taken).for_each(|(into, byte)| *into = *byte);
+        Ok(taken.len())
+    }
+}
+
+/// Passes the body on, piece by piece. What comes after the reader has had enough is read and dropped: an answer before
+/// the end of a request is lost in some browsers.
+async fn feed(body: Body, pieces: Sender<Result<Bytes, NotTaken>>, slow: Duration) -> Result<(), NotTaken> {
+    let (mut stream, mut bytes) = (body.into_data_stream(), 0);
+    loop {
+        let piece = match timeout(slow, stream.next()).await {
+            Ok(None) => return Ok(()),
+            Ok(Some(Ok(piece))) => piece,
+            Ok(Some(Err(_))) => return Err(NotTaken::BrokenOff),
+            Err(_) => return Err(NotTaken::TooSlow),
+        };
+        bytes += piece.len();
+        if bytes > RECORDING_BYTES_MAX {
+            return Err(NotTaken::TooLong);
+        }
+        // A reader that has found an error is gone.
+        let _ = pieces.send(Ok(piece)).await;
+    }
+}
+
+/// The same for no longer than all of it may take; whoever reads learns why it ends early.
+async fn fed(body: Body, pieces: Sender<Result<Bytes, NotTaken>>, slow: Duration) -> Result<(), NotTaken> {
+    let fed = timeout(COMES_WITHIN, feed(body, pieces.clone(), slow)).await.unwrap_or(Err(NotTaken::TooSlow));
+    if let Err(why) = fed {
+        let _ = pieces.send(Err(why)).await;
+    }
+    fed
+}
+
+fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unreadable> {
+    let mut recorded = RecordedSamples::open(name, BufReader::new(coming), None)?;
+    let assumed = recorded.table().and_then(|table| table.assumed()).map(ToString::to_string);
+    let model = model.or(recorded.model()?);
+    let options = |_: &RecordedSamples<_>| Ok::<_, Unreadable>(Options { model, ..Options::default() });
+    let mut diagnosed = Diagnosed::read(&mut recorded, Some(Picture::default()), options, || true)?;
+    let picture = diagnosed.picture.take().unwrap_or_default();
+    let charts = picture.charts(name, 1, &diagnosed.conclusion.episodes);
+    Ok(Found {
+        rows: diagnosed.rows,
+        judged: diagnosed.is_judged(),
+        assumed,
+        picture: Chart::sheet(name, &charts),
+        report: DiagnosisReport::new(&[diagnosed]),
+    })
+}
+
+/// Why the position jumped in the recording that is the body.
+pub(crate) async fn diagnose(
+    State(shared): State<Shared>,
+    query: Result<Query<DiagnoseQuery>, QueryRejection>,
+    body: Body,
+) -> Response {
+    let Query(DiagnoseQuery { name, model }) = match query {
+        Ok(query) => query,
+        Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
+    };
+    let model = match (model.is_empty(), Model::from_str(&model)) {
+        (true, _) => None,
+        (false, Ok(model)) => Some(model),
+        (false, Err(wrong)) => return refused(StatusCode::BAD_REQUEST, &format!("model {model}: {wrong}")),
+    };
+    let Ok(alone) = shared.diagnosing.clone().try_acquire_owned() else {
+        return refused(StatusCode::SERVICE_UNAVAILABLE, "another recording is being read; try again later");
+    };
+    let (pieces, coming) = channel(PIECES_WAITING);
+    let coming = Coming { pieces: coming, piece: Bytes::new() };
+    let reading = spawn_blocking(move || {
+        let _alone = alone;
+        found(&name, model, coming)
+    });
+    if let Err(why) = fed(body, pieces, shared.slow).await {
+        return refused(why.status(), &why.to_string());
+    }
+    match reading.await {
+        Ok(Ok(found)) => given(&found),
+        Ok(Err(unreadable)) => refused(StatusCode::BAD_REQUEST, &unreadable.to_string()),
+        Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the recording could not be read"),
+    }
+}

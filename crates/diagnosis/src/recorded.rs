@@ -1,0 +1,174 @@
+//! A recording of any kind, as samples: what the command and the page read alike.
+
+use std::io::BufRead;
+use std::str::FromStr;
+
+use encoring_trace::bus::{BusReader, MARK};
+use encoring_trace::{Columns, DeviceLine, Reader, RowKind, TableLayout};
+use encoring_words::Model;
+
+use crate::detector::Detector;
+use crate::episode::Conclusion;
+use crate::options::Options;
+use crate::picture::Picture;
+use crate::sample::Sample;
+
+/// How what `ssi decode --format csv` prints begins.
+const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
+
+/// Fewer rows show no motion.
+const ROWS_LEAST: u64 = 3;
+
+/// Why a recording cannot be read: file, line and what is wrong, for people.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Unreadable(String);
+
+/// A recording that is being read.
+#[derive(Debug)]
+pub struct RecordedSamples<R> {
+    name: String,
+    rows: Kind<R>,
+}
+
+#[derive(Debug)]
+enum Kind<R> {
+    Bus(BusReader<R>),
+    Table(Reader<R>),
+}
+
+fn unreadable<E: std::fmt::Display>(error: E) -> Unreadable {
+    Unreadable(format!("{error}"))
+}
+
+/// The columns of what `ssi decode --format csv` prints: its column `position` is one in steps, and none where a fault
+/// stands beside it.
+fn ssi() -> Result<TableLayout, Unreadable> {
+    let columns = Columns::from_str("time_ns=time_ns,value=position").map_err(unreadable)?;
+    Ok(TableLayout { columns: Some(columns), faults: Some("fault".to_owned()), ..TableLayout::default() })
+}
+
+impl<R: BufRead> RecordedSamples<R> {
+    /// Reads it up to its first row. `layout` is what somebody says of a table; else its header says it.
+    ///
+    /// # Errors
+    /// [`Unreadable`]
+    pub fn open(name: &str, mut source: R, layout: Option<&TableLayout>) -> Result<Self, Unreadable> {
+        let begins = source.fill_buf().map_err(|error| Unreadable(format!("cannot read {name}: {error}")))?;
+        let (is_bus, is_ssi) =
+            (begins.starts_with(MARK.as_bytes()), begins.starts_with(SSI_HEADER.as_bytes()));
+        let rows = match layout {
+            _ if is_bus => Kind::Bus(BusReader::new(name, source).map_err(unreadable)?),
+            None if is_ssi => Kind::Table(Reader::with(name, source, &ssi()?).map_err(unreadable)?),
+            None => Kind::Table(Reader::new(name, source).map_err(unreadable)?),
+            Some(layout) => Kind::Table(Reader::with(name, source, layout).map_err(unreadable)?),
+        };
+        Ok(Self { name: name.to_owned(), rows })
+    }
+
+    /// The table, for what its reader says of it; `None` for a recording of a bus, which says itself what it is.
+    #[must_use]
+    pub const fn table(&self) -> Option<&Reader<R>> {
+        match &self.rows {
+            Kind::Bus(_) => None,
+            Kind::Table(reader) => Some(reader),
+        }
+    }
+
+    /// When the times of its rows begin, in nanoseconds since 1970; 0 where they have no date.
+    #[must_use]
+    pub fn origin_ns(&self) -> i128 {
+        self.table().map_or(0, Reader::origin_ns)
+    }
+
+    /// The model that it names, if all its encoders are of one.
+    ///
+    /// # Errors
+    /// [`Unreadable`] if it names one that does not exist.
+    pub fn model(&self) -> Result<Option<Model>, Unreadable> {
+        let devices: &[DeviceLine] = match &self.rows {
+            Kind::Bus(reader) => reader.devices(),
+            Kind::Table(reader) => reader.recording().map_or(&[][..], |recording| &recording.devices),
+        };
+        let mut models = Vec::new();
+        for DeviceLine { line, model, .. } in devices {
+            let wrong = |error| Unreadable(format!("{} line {line}: {model}: {error}", self.name));
+            let model = Model::from_str(model).map_err(wrong)?;
+            if !models.contains(&model) {
+                models.push(model);
+            }
+        }
+        Ok(models.pop().filter(|_| models.is_empty()))
+    }
+}
+
+/// The rows as samples; `None` for a row that holds no position.
+impl<R: BufRead> Iterator for RecordedSamples<R> {
+    type Item = Result<Option<Sample>, Unreadable>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        let sample = match &mut self.rows {
+            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)).map_err(unreadable),
+            Kind::Table(reader) => {
+                let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
+                let row = reader.next()?.map_err(unreadable);
+                row.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
+            }
+        };
+        Some(sample)
+    }
+}
+
+/// What a recording says.
+#[derive(Debug, Default)]
+pub struct Diagnosed {
+    /// The file.
+    pub name: String,
+    /// Rows with a position.
+    pub rows: u64,
+    /// What was found.
+    pub conclusion: Conclusion,
+    /// Its picture, if somebody wants to see it.
+    pub picture: Option<Picture>,
+}
+
+impl Diagnosed {
+    /// Reads a recording up to its end, or for as long as `goes_on`. `options` is asked when the first position has come, as
+    /// the beginning of the times is known then.
+    ///
+    /// # Errors
+    /// That of `options`, or [`Unreadable`] made into one.
+    pub fn read<R: BufRead, E: From<Unreadable>>(
+        recorded: &mut RecordedSamples<R>,
+        mut picture: Option<Picture>,
+        options: impl Fn(&RecordedSamples<R>) -> Result<Options, E>,
+        goes_on: impl Fn() -> bool,
+    ) -> Result<Self, E> {
+        let (mut detector, mut rows) = (None, 0);
+        while let Some(sample) = recorded.next() {
+            if let Some(sample) = sample? {
+                let detector = match &mut detector {
+                    Some(detector) => detector,
+                    none => none.insert(Detector::new(options(recorded)?)),
+                };
+                rows += 1;
+                detector.sample(sample);
+                if let Some(picture) = &mut picture {
+                    picture.sample(&sample);
+                    picture.look(sample.position, detector.told(sample.position));
+                }
+            }
+            if !goes_on() {
+                break;
+            }
+        }
+        let conclusion = detector.map(Detector::finish).unwrap_or_default();
+        Ok(Self { name: recorded.name.clone(), rows, conclusion, picture })
+    }
+
+    /// Whether there were rows enough for anything to be judged.
+    #[must_use]
+    pub const fn is_judged(&self) -> bool {
+        self.rows >= ROWS_LEAST
+    }
+}
