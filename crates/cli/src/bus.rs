@@ -148,7 +148,12 @@ impl BusArguments {
     ) -> Result<(Simulated, Option<StateFolder>), Failure> {
         let mut world = World::new(scenario).map_err(bad_input)?;
         let memories = self.memories.open(&mut world)?;
-        Ok((Simulated::new(world, speed), memories))
+        let mut bus = Simulated::new(world, speed);
+        if cfg!(debug_assertions) {
+            // In every test of a command.
+            bus.look_on_strictly();
+        }
+        Ok((bus, memories))
     }
 }
 

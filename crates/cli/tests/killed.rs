@@ -137,7 +137,8 @@ fn ring(label: Label, seed: u64) -> (Cut, SharedWorld) {
          \"hold\", raw = 100_000 }}\n"
     );
     let scenario = Scenario::parse("ring.toml", &text, Path::new(".")).unwrap();
-    let ring = Simulated::new(World::new(&scenario).unwrap(), Speed::Max);
+    let mut ring = Simulated::new(World::new(&scenario).unwrap(), Speed::Max);
+    ring.look_on_strictly();
     let world = ring.world().clone();
     (Cut { ring, calls: 0, left: u32::MAX }, world)
 }
@@ -226,6 +227,8 @@ fn noted(bus: &mut Cut, page: &Page, wanted: Program) -> u32 {
 /// Whoever comes next: takes back a service bit that was left, and reads everything.
 fn next(bus: &mut Cut, model: Model) -> Readings<encoring_bus::master::MasterError> {
     bus.left = u32::MAX;
+    // The one before was killed wherever it was.
+    bus.ring.look_on_strictly();
     let stop = AtomicBool::new(false);
     let mut release = Release::new(bus, 0, PATIENCE, &stop);
     let standing = release.look().unwrap();

@@ -30,7 +30,7 @@ use self::limits::NEVER;
 use self::movement::Movement;
 use self::preparation::Preparations;
 use self::rule::{BUS_RESET, ERROR_SEEN, WITHDRAWAL};
-pub use self::rule::{HandshakeRule, RULES, RuleCertainty, Severity, Vantage};
+pub use self::rule::{HandshakeRule, ORDER, RULES, RuleCertainty, Severity, Vantage};
 
 /// How a cycle went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,13 +4,14 @@
 use std::path::Path;
 
 use encoring_host::axis::{AxisCycle, JudgedAxis};
+use encoring_host::referee::{LineSeen, ORDER, Observed, Referee, Vantage};
 use encoring_host::session::Fate;
 use encoring_host::validity::{Expectation, Limits, Position, Stop, Why};
 use encoring_host::{Outcome, Request, Seen, Timing};
 use encoring_ring::Verdict;
 use encoring_sim::{Scenario, World};
 use encoring_words::model::Sensor;
-use encoring_words::{Duration, InWord, Instant, Model, Parameter, ParameterSet};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord, Parameter, ParameterSet, Written};
 
 const SHAFT: Sensor = Sensor::Rotary { steps_per_turn: 4096 };
 const ROD: Sensor = Sensor::Linear { rod_um: 500_000 };
@@ -28,6 +29,9 @@ struct Machine {
     axis: JudgedAxis,
     now: Instant,
     stops: Vec<Stop>,
+    /// Looks at what the axis writes.
+    referee: Referee,
+    written: OutWord,
 }
 
 impl Machine {
@@ -39,17 +43,25 @@ impl Machine {
         let scenario = Scenario::parse("test", &text, Path::new("")).unwrap();
         let expectation = Expectation::new(model, sensor, &ParameterSet::factory(model, sensor)).unwrap();
         let limits = Limits::of(model, scenario.cycle_time.of_encoders(1));
-        let axis = JudgedAxis::new(Timing::DIRECT, encoring_words::OutWord(0), expectation, limits);
+        let axis = JudgedAxis::new(Timing::DIRECT, OutWord(0), expectation, limits);
         let mut world = World::new(&scenario).unwrap();
         // A device shows its position from the second cycle on.
         world.cycle(&[axis.out()], &mut [InWord(0)]);
-        Self { world, axis, now: Instant::ZERO, stops: Vec::new() }
+        let referee = Referee::new(Vantage::Writes, Some(model));
+        Self { world, axis, now: Instant::ZERO, stops: Vec::new(), referee, written: OutWord(0) }
     }
 
     fn cycle(&mut self) -> AxisCycle {
         let mut input = [InWord(0)];
-        let cycled = self.world.cycle(&[self.axis.out()], &mut input);
+        let out = self.axis.out();
+        if std::mem::replace(&mut self.written, out) != out {
+            let (at, written) = (self.now, Written::Both(out));
+            self.referee.observe(Observed::Write { at, client: 1, written });
+        }
+        let cycled = self.world.cycle(&[out], &mut input);
         self.now = cycled.at;
+        let line = if cycled.verdict == Verdict::Good { LineSeen::Good } else { LineSeen::Bad };
+        self.referee.observe(Observed::Cycle { at: self.now, out, input: Some(input[0]), line });
         let seen = (cycled.verdict == Verdict::Good).then_some(Seen { input: input[0], age: Duration::ZERO });
         self.axis.cycle(self.now, seen, &mut |stop| self.stops.push(stop))
     }
@@ -66,6 +78,8 @@ impl Machine {
             let AxisCycle { position, outcome, .. } = self.cycle();
             positions.push(position);
             if let Some(outcome) = outcome {
+                let broken = self.referee.findings().find(|finding| ORDER.contains(&finding.rule));
+                assert!(broken.is_none() && self.referee.services() > 0, "{broken:?}");
                 return (outcome, positions);
             }
             assert!(positions.len() < 5_000, "no outcome: {positions:?}");

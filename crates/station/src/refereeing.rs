@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use encoring_bus::Referees;
-use encoring_host::referee::{LineSeen, Observed, Vantage};
+use encoring_host::referee::{LineSeen, ORDER, Observed, Vantage};
 use encoring_sim::World;
 use encoring_sim::world::Place;
 use encoring_trace::bus::{BusEvent, BusRow};
@@ -101,6 +101,13 @@ impl Refereeing {
         self.referees
             .take_news()
             .map(move |(position, finding)| FindingView::new(position, &finding, vantage))
+    }
+
+    /// What a strict one has seen of a master that does not keep the order of the handshake.
+    pub(crate) fn breaks_the_order(&self) -> Option<FindingView> {
+        let mut findings = self.referees.findings().filter(|(_, finding)| ORDER.contains(&finding.rule));
+        let (position, finding) = findings.next().filter(|_| self.mode == RefereeMode::Strict)?;
+        Some(FindingView::new(position, finding, self.referees.vantage()))
     }
 
     /// `true` if a strict one has seen enough.

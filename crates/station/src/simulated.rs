@@ -93,6 +93,8 @@ impl Onlooker {
         seen.went(began, cycled.at, Some(cycled.verdict));
         refereeing.cycled(seen);
         seen.writes.clear();
+        let broken = refereeing.breaks_the_order();
+        debug_assert!(broken.is_none(), "our own master breaks the handshake: {broken:?}");
     }
 }
 
@@ -154,6 +156,13 @@ impl Simulated {
     /// From the next cycle on a referee looks at what the master does, as in `sim --referee on`.
     pub fn look_on(&mut self) {
         let refereeing = Refereeing::new(&self.world.lock(), RefereeMode::On);
+        self.ring.onlooker = refereeing.map(|refereeing| Onlooker { refereeing, seen: BusSeen::default() });
+    }
+
+    /// The same, and a build with debug assertions panics when the master breaks the order of the handshake: for tests of what
+    /// works on a ring. Before it there is nothing, so a service bit that stands already is not judged.
+    pub fn look_on_strictly(&mut self) {
+        let refereeing = Refereeing::new(&self.world.lock(), RefereeMode::Strict);
         self.ring.onlooker = refereeing.map(|refereeing| Onlooker { refereeing, seen: BusSeen::default() });
     }
 

@@ -55,6 +55,19 @@ fn master(bus: &mut Simulated, position: usize) -> EncoderMaster<'_, Simulated> 
     EncoderMaster::new(bus, position, PATIENCE, Arc::new(AtomicBool::new(false))).unwrap()
 }
 
+// [R33]
+#[test]
+#[cfg(debug_assertions)]
+#[should_panic(expected = "breaks the handshake: Some(FindingView { rule: \"data_with_service_bit\"")]
+fn a_master_that_breaks_the_order_is_caught_by_a_strict_onlooker() {
+    let mut bus = bus(&three(""));
+    bus.look_on_strictly();
+    for word in [0, 0x8200_0000, 0] {
+        bus.cycle(Some((1, OutWord(word))), 1, &mut [InWord(0)]).unwrap();
+        bus.wait(A_SHORT_TIME);
+    }
+}
+
 const MODELS: [Model; 3] = [Model::La66, Model::Ce100M, Model::Ce65M];
 
 /// Another value for everything that the model at `position` has.

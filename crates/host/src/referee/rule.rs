@@ -51,6 +51,18 @@ pub enum Severity {
     Note,
 }
 
+/// The rules of the order of the handshake, which no master breaks that keeps it, whatever happens to the ring, to the encoder, or
+/// to what it asks for.
+pub const ORDER: [HandshakeRule; 7] = [
+    HandshakeRule::DataWithServiceBit,
+    HandshakeRule::TornWords,
+    HandshakeRule::DataChangedInService,
+    HandshakeRule::DroppedBeforeAcknowledgement,
+    HandshakeRule::NeverDropped,
+    HandshakeRule::NextBeforeEnd,
+    HandshakeRule::ForeignReply,
+];
+
 impl Severity {
     /// Its name in JSON.
     #[must_use]

@@ -2,10 +2,11 @@ extern crate std;
 
 use std::vec::Vec;
 
-use encoring_words::{Duration, InWord, Instant, Model, OutWord, Parameter};
+use encoring_words::{Duration, InWord, Instant, Model, OutWord, Parameter, Written};
 use proptest::prelude::*;
 
 use super::*;
+use crate::referee::{LineSeen, ORDER, Observed, Referee, Vantage};
 
 const MS: u64 = 1_000_000;
 
@@ -15,13 +16,15 @@ struct Bench {
     now: Instant,
     out: OutWord,
     put_out: Vec<OutWord>,
+    referee: Referee,
 }
 
 impl Bench {
     fn new(timing: Timing) -> Self {
         let session = Session::new(timing, OutWord(0));
         // The origin is long ago, so that words can be old.
-        Self { session, now: Instant(1_000_000 * MS), out: OutWord(0), put_out: Vec::new() }
+        let referee = Referee::new(Vantage::Writes, Some(Model::Ce65M));
+        Self { session, now: Instant(1_000_000 * MS), out: OutWord(0), put_out: Vec::new(), referee }
     }
 
     fn direct() -> Self {
@@ -34,7 +37,24 @@ impl Bench {
     }
 
     fn start(&mut self, request: Request) {
-        self.out = self.session.start(self.now, request).unwrap();
+        let out = self.session.start(self.now, request).unwrap();
+        self.put(out);
+    }
+
+    /// What the session puts out, while the referee looks on.
+    fn put(&mut self, out: OutWord) {
+        if out != self.out {
+            let (at, written) = (self.now, Written::Both(out));
+            self.referee.observe(Observed::Write { at, client: 1, written });
+        }
+        self.out = out;
+    }
+
+    /// Whoever gets what was asked for has kept the handshake.
+    fn judge(&self, outcome: Option<Outcome>) {
+        let Some(Outcome::Done { .. }) = outcome else { return };
+        let broken = self.referee.findings().find(|finding| ORDER.contains(&finding.rule));
+        assert!(broken.is_none() && self.referee.services() > 0, "{broken:?}");
     }
 
     /// One poll that brings `input`.
@@ -46,8 +66,12 @@ impl Bench {
         self.put_out.push(self.out);
         self.now = self.now + Duration(MS);
         let seen = input.map(|(word, age)| Seen { input: InWord(word), age: Duration(age) });
+        let (at, out) = (self.now, self.out);
+        let input = seen.map(|seen| seen.input);
+        self.referee.observe(Observed::Cycle { at, out, input, line: LineSeen::Untold });
         let (out, outcome) = self.session.cycle(self.now, seen);
-        self.out = out;
+        self.put(out);
+        self.judge(outcome);
         outcome
     }
 
