@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
+use std::ops::RangeInclusive;
 use std::str::FromStr;
 use std::sync::LazyLock;
 
@@ -11,7 +12,7 @@ use encoring_host::scaling::Ratio;
 use encoring_ring::ENCODERS_MAX;
 use encoring_words::change::{PARTS, ParameterPart};
 use encoring_words::model::{MODELS, UnknownModel};
-use encoring_words::number::{self, NumberError, TypedValue};
+use encoring_words::number::{self, NumberError, NumberProblem, TypedValue};
 use encoring_words::parameter::PARAMETERS;
 use encoring_words::{Duration, Model, Parameter, Service};
 
@@ -162,6 +163,30 @@ pub(crate) fn typed_value(text: &str) -> Result<TypedValue, String> {
     number::value(text).map_err(|error: NumberError<'_>| error.to_string())
 }
 
+/// A whole number of a range, as people write values.
+pub(crate) fn whole<T>(range: RangeInclusive<u32>) -> impl TypedValueParser<Value = T>
+where
+    T: TryFrom<u32> + Clone + Send + Sync + 'static,
+{
+    move |text: &str| {
+        let advice = |typed: TypedValue| {
+            format!("give {} to {}", typed.like(*range.start()), typed.like(*range.end()))
+        };
+        let above = |typed: TypedValue| {
+            format!("{} is above {}; {}", text.trim(), typed.like(*range.end()), advice(typed))
+        };
+        let typed = number::value(text).map_err(|error| match error.problem {
+            NumberProblem::Above { limit } => above(limit),
+            _ => format!("{error}; allowed is {} to {}", range.start(), range.end()),
+        })?;
+        if typed.number < *range.start() {
+            return Err(format!("{typed} is below {}; {}", typed.like(*range.start()), advice(typed)));
+        }
+        let within = Some(typed.number).filter(|number| range.contains(number));
+        within.and_then(|number| T::try_from(number).ok()).ok_or_else(|| above(typed))
+    }
+}
+
 /// A length in millimetres with at most two decimals [D40], as micrometres.
 pub(crate) fn millimetres(text: &str) -> Result<u32, String> {
     let length = range::number(text)?;
@@ -187,6 +212,28 @@ pub(crate) fn every(text: &str) -> Result<Duration, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_number_outside_its_range_is_told_with_the_limit_in_the_base_that_was_typed() {
+        let read = |text: &str| {
+            let command = Command::new("a").arg(Arg::new("bits").value_parser(whole::<u8>(8..=32)));
+            let matches = command.try_get_matches_from(["a", text]).map_err(|error| error.to_string())?;
+            Ok(*matches.get_one::<u8>("bits").unwrap())
+        };
+        for (text, bits) in [("8", 8), ("32", 32), ("20h", 32), ("0x18", 24)] {
+            assert_eq!(read(text), Ok(bits), "{text}");
+        }
+        for (text, problem) in [
+            ("40", "40 is above 32; give 8 to 32"),
+            ("2Fh", "2Fh is above 20h; give 8h to 20h"),
+            ("99999999999", "99999999999 is above 32; give 8 to 32"),
+            ("7", "7 is below 8; give 8 to 32"),
+            ("000018", "000018: 18, or 18h = 24; write one of them; allowed is 8 to 32"),
+        ] {
+            let error: String = read(text).unwrap_err();
+            assert!(error.contains(&format!("invalid value '{text}' for '[bits]': {problem}")), "{error}");
+        }
+    }
 
     #[test]
     fn a_parameter_has_a_name_and_a_number() {

@@ -15,8 +15,7 @@ use encoring_words::{Duration, Instant};
 use serde::Serialize;
 
 use crate::acknowledging::Acknowledging;
-use crate::arguments::span;
-use crate::arguments::{Lasting, Output, Pace};
+use crate::arguments::{Lasting, Output, Pace, span, whole};
 use crate::bus::{AnyBus, Opened};
 use crate::causes::{Caused, Causes};
 use crate::interrupt::awaiting_reader;
@@ -77,13 +76,13 @@ pub(crate) struct Arguments {
     #[arg(long)]
     changes: bool,
     /// Size of a full file in millions of bytes, 1 to 1000000
-    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole::<u32>(1..=1_000_000))]
     rotate_mb: u32,
     /// Age of a full file, such as 1d, even if it is smaller than --rotate-mb [default: no limit]
     #[arg(long, value_name = "TIME", value_parser = span)]
     rotate_every: Option<Duration>,
     /// Number of full files to keep, 1 to 9999; the oldest one beyond that is deleted
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=9_999))]
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = whole::<u32>(1..=9_999))]
     keep: u32,
     #[command(flatten)]
     lasting: Lasting,

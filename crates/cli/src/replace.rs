@@ -70,7 +70,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NUMBER mm|deg")]
     within: Option<Reference>,
     /// For --known: turns after which the position starts again at 0, 1 to 65535, if they are known
-    #[arg(long, value_name = "TURNS", value_parser = clap::value_parser!(u32).range(1..=65_535))]
+    #[arg(long, value_name = "TURNS", value_parser = arguments::whole::<u32>(1..=65_535))]
     turns: Option<u32>,
     /// For --known: the position does not start again at 0 between the places
     #[arg(long)]

@@ -71,7 +71,7 @@ pub(crate) struct Arguments {
     print: bool,
 
     /// Ring position in the recording, 0 to 127
-    #[arg(long, value_name = "POSITION", value_parser = clap::value_parser!(u8).range(0..=127))]
+    #[arg(long, value_name = "POSITION", value_parser = arguments::whole::<u8>(0..=127))]
     at: Option<u8>,
 
     #[command(flatten)]

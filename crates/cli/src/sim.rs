@@ -19,8 +19,7 @@ use tokio::net::TcpListener;
 use tokio::sync::{Notify, watch};
 
 use crate::arguments::fault::{self, Faults};
-use crate::arguments::span;
-use crate::arguments::{Lasting, Output, Pace, State};
+use crate::arguments::{Lasting, Output, Pace, State, span, whole};
 use crate::bus;
 use crate::memories::can_be_written;
 use crate::output::printer::{Closing, READER_PATIENCE};
@@ -91,10 +90,10 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "ORDER", default_value = "high-first")]
     word_order: WordOrder,
     /// Most Modbus connections at one time, 1 to 1024
-    #[arg(long, value_name = "N", default_value_t = 32, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", default_value_t = 32, value_parser = whole::<u16>(1..=1024))]
     modbus_connections: u16,
     /// Idle time after which a Modbus connection is closed, 1 to 86400 s
-    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=86_400))]
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = whole::<u32>(1..=86_400))]
     modbus_idle: u32,
     /// Address of the control port (docs/control.md): HOST:PORT, PORT on this machine, or off
     #[arg(long, value_name = "ADDR", default_value = "off")]

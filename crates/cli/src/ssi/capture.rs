@@ -14,7 +14,7 @@ use encoring_words::ssi_frame::Level;
 
 use super::format::{FormatArguments, rate};
 use crate::arguments::fault::{self, Faults};
-use crate::arguments::span;
+use crate::arguments::{span, whole};
 use crate::bus;
 use crate::interrupt::Interrupt;
 use crate::output::new_file::{NotWritten, check_new_file, write_new_file};
@@ -68,13 +68,13 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "RATE", value_parser = rate)]
     samplerate: Option<u64>,
     /// Random delay of each edge, up to this number of ns, 0 to 100000
-    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = whole::<u32>(0..=100_000))]
     jitter: u32,
     /// Delay of the data in ns, 1 to 1000000
-    #[arg(long, value_name = "NS", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    #[arg(long, value_name = "NS", value_parser = whole::<u32>(1..=1_000_000))]
     skew: Option<u32>,
     /// Number of changes in a million that a spike of 100 ns follows, 0 to 1000000
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = whole::<u32>(0..=1_000_000))]
     noise: u32,
     #[command(flatten)]
     faults: Faults,

@@ -18,7 +18,7 @@ use crate::output::{Answer, Failure, Format, bad_input, note, page};
 /// The most clocks that are shown.
 const CLOCKS_MAX: u32 = 1_024;
 /// The longest delay.
-const DELAY_MAX_NS: u64 = 100_000;
+const DELAY_MAX_NS: u32 = 100_000;
 /// The most clocks of a figure.
 const DRAWN_MAX: u32 = 128;
 
@@ -48,13 +48,13 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     format: FormatArguments,
     /// Number of clocks to show, 1 to 1024 [default: one more than the field has bits]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=i64::from(CLOCKS_MAX)))]
+    #[arg(long, value_name = "K", value_parser = arguments::whole::<u32>(1..=CLOCKS_MAX))]
     clocks: Option<u32>,
     /// Clock rate, such as 500kHz or 1MHz
     #[arg(long, value_name = "RATE", default_value = "500kHz", value_parser = clock_rate)]
     clock_rate: u64,
     /// Delay from a rising edge to the data at the receiver in ns, 0 to 100000: the cable both ways, and the encoder
-    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=DELAY_MAX_NS))]
+    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = arguments::whole::<u64>(0..=DELAY_MAX_NS))]
     delay: u64,
     /// Draw the figure to this file
     #[arg(long, value_name = "FILE.svg")]

@@ -7,6 +7,8 @@ use encoring_words::Week;
 use encoring_words::parameter::{Code, SsiValues};
 use encoring_words::ssi_frame::{SsiCheck, SsiFormat};
 
+use crate::arguments::whole;
+
 /// Data bits of a new encoder.
 const BITS_DEFAULT: u8 = 24;
 
@@ -14,7 +16,7 @@ const BITS_DEFAULT: u8 = 24;
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct FormatArguments {
     /// Number of data bits, 8 to 32; 31 is AK-40 from firmware 41/1997 on [default: 24]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(8..=32))]
+    #[arg(long, value_name = "N", value_parser = whole::<u8>(8..=32))]
     bits: Option<u8>,
     /// Code of the position on the SSI
     #[arg(long, default_value = "binary")]

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::decode::Edge;
 use super::format::{FormatArguments, FormatText};
-use crate::arguments::Output;
+use crate::arguments::{Output, whole};
 use crate::output::{Answer, Failure, bad_input};
 
 /// A shaft that stands where many bits of a position are 1.
@@ -47,16 +47,16 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     format: FormatArguments,
     /// Number of clocks of each transfer, 1 to 1000 [default: one more than the field has bits]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=1_000))]
+    #[arg(long, value_name = "K", value_parser = whole::<u32>(1..=1_000))]
     clocks: Option<u32>,
     /// Clock edge at which the receiver takes the data
     #[arg(long, value_name = "EDGE", default_value = "falling")]
     edge: Edge,
     /// Delay from a rising edge to the data at the receiver in ns, 0 to 1000000
-    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=1_000_000))]
+    #[arg(long, value_name = "NS", default_value_t = 0, value_parser = whole::<u32>(0..=1_000_000))]
     delay: u32,
     /// Clock rate to try in kHz, 1 to 10000 (repeatable) [default: 16 rates from 40 to 1200]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=10_000))]
     khz: Vec<u32>,
     #[command(flatten)]
     output: Output,

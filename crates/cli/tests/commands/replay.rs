@@ -185,7 +185,7 @@ fn options_that_do_not_fit_are_refused() {
     refuses("--model la-66 --native 1000", "error: invalid value '1000' for '--native <STEPS>'");
     refuses(
         "--model la-66 --at 128",
-        "error: invalid value '128' for '--at <POSITION>': 128 is not in 0..=127",
+        "error: invalid value '128' for '--at <POSITION>': 128 is above 127; give 0 to 127",
     );
     refuses(
         "--model la-66 --at 3",
