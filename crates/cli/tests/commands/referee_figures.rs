@@ -130,7 +130,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                 [length(), write(500, 0x8800_0000), idle(6_500, POSITION)].concat(),
                 [length(), idle(9_000, POSITION)].concat(),
                 4,
-                "in 10 s no data check: the old values count",
+                "in 10 s from here on no data check (08): the old values count",
             )
         }
         HandshakeRule::StatusNotRead | HandshakeRule::ErrorIgnored => {
@@ -144,7 +144,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                     [read(), check].concat(),
                     [read(), ignored].concat(),
                     2,
-                    "the reply has bit 29, and in a second nobody asks why",
+                    "the reply has bit 29, and in a second from here on nobody asks why (08)",
                 ),
                 _ => {
                     let stands = || vec![step(100, 0, POSITION), step(200, 0, POSITION | 1 << 29)];
@@ -152,7 +152,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                         [stands(), check].concat(),
                         [stands(), ignored].concat(),
                         1,
-                        "bit 29 stands in normal mode, and in a second nobody asks why",
+                        "bit 29 stands in normal mode, and in a second from here on nobody asks why (08)",
                     )
                 }
             }
@@ -186,7 +186,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                 [write(40, 0xC200_2000), write(40, 0x8800_0000)].concat(),
                 [writes, write(40, 0x8800_0000)].concat(),
                 5 * 9 + 1,
-                "the same parameter for the tenth time in a row",
+                "02 is written for the tenth time in a row, each time with another value",
             )
         }
         HandshakeRule::Polled => {
@@ -195,7 +195,7 @@ fn traces(rule: HandshakeRule) -> (Vec<Step>, Vec<Step>, usize, &'static str) {
                 service(40, 0x8200_0000, 0x8200_270F),
                 reads,
                 5 * 9 + 1,
-                "the same value is read for the tenth time in a row",
+                "02 is read for the tenth time in a row",
             )
         }
         HandshakeRule::PresetRepeated => (
