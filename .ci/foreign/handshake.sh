@@ -15,7 +15,7 @@ broken_by() { # VARIANT SPEED PROGRAM...
   local variant=$1 speed=$2 file="$folder/bus.csv" line sim ended=0
   shift 2
   mkfifo "$folder/lines"
-  "$encoring" sim "$here/handshake.toml" --modbus 127.0.0.1:0 --speed "$speed" --format json \
+  "$encoring" sim "$here/handshake.toml" --web off --modbus 127.0.0.1:0 --speed "$speed" --format json \
     --record-bus "$file" --overwrite >"$folder/lines" 2>/dev/null &
   sim=$!
   {

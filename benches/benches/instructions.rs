@@ -81,14 +81,14 @@ fn referee() -> Referee {
 }
 
 // Beside `new_sample`, whose exchange it looks at.
-#[library_benchmark(config = limit(112_722))]
+#[library_benchmark(config = limit(113_727))]
 #[bench::ce_65_m(setup = referee)]
 fn referee_idle(referee: Referee) -> Referee {
     refereed(referee, |call| (call as u32 * 37) & 0xFF_FFFF)
 }
 
 // The shaft stands still.
-#[library_benchmark(config = limit(78_760))]
+#[library_benchmark(config = limit(79_764))]
 #[bench::ce_65_m(setup = referee)]
 fn referee_still(referee: Referee) -> Referee {
     refereed(referee, |_| 100)
@@ -118,7 +118,7 @@ fn service(first: u64) -> [Observed; 11] {
 }
 
 // A thousand whole services.
-#[library_benchmark(config = limit(1_710_862))]
+#[library_benchmark(config = limit(1_732_860))]
 #[bench::ce_65_m(setup = referee)]
 fn referee_services(mut referee: Referee) -> Referee {
     for call in 0..CALLS {

@@ -31,7 +31,7 @@ Exit codes:
   0  no rule of severity error is certainly broken
   1  a rule of severity error is broken
   2  the trace or the options are wrong
-  3  no service was seen
+  3  no service was seen, or Ctrl-C came before the end
 
 Examples:
   encoring referee bus.csv

@@ -155,14 +155,17 @@ impl Simulated {
 
     /// From the next cycle on a referee looks at what the master does, as in `sim --referee on`.
     pub fn look_on(&mut self) {
-        let refereeing = Refereeing::new(&self.world.lock(), RefereeMode::On);
-        self.ring.onlooker = refereeing.map(|refereeing| Onlooker { refereeing, seen: BusSeen::default() });
+        self.looked_on(RefereeMode::On);
     }
 
     /// The same, and a build with debug assertions panics when the master breaks the order of the handshake: for tests of what
     /// works on a ring. Before it there is nothing, so a service bit that stands already is not judged.
     pub fn look_on_strictly(&mut self) {
-        let refereeing = Refereeing::new(&self.world.lock(), RefereeMode::Strict);
+        self.looked_on(RefereeMode::Strict);
+    }
+
+    fn looked_on(&mut self, mode: RefereeMode) {
+        let refereeing = Refereeing::new(&self.world.lock(), mode);
         self.ring.onlooker = refereeing.map(|refereeing| Onlooker { refereeing, seen: BusSeen::default() });
     }
 
