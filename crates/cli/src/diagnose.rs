@@ -33,9 +33,9 @@ Exit codes:
 
 Examples:
   encoring diagnose axis.csv
-  encoring diagnose axis.csv --model ce-65-m
+  encoring diagnose axis.csv --format json
   encoring diagnose axis.csv --plot axis.svg --report axis.html
-  encoring diagnose plc.csv --columns \"time_ms=Zeit,in=ID 256\" --format json")]
+  encoring diagnose plc.csv --model ce-65-m --columns \"time_ms=Zeit,in=ID 256\"")]
 pub(crate) struct Arguments {
     /// The recordings, or `-` for standard input
     #[arg(value_name = "FILE", required = true)]

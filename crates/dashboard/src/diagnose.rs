@@ -11,7 +11,9 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::Response;
-use encoring_diagnosis::{Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, Unreadable};
+use encoring_diagnosis::{
+    Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, Unreadable,
+};
 use encoring_figure::Chart;
 use encoring_words::Model;
 use futures_util::StreamExt;
@@ -131,8 +133,9 @@ fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unre
     let mut recorded = RecordedSamples::open(name, BufReader::new(coming), None)?;
     let assumed = recorded.table().and_then(|table| table.assumed()).map(ToString::to_string);
     let model = model.or(recorded.model()?);
-    let options = |_: &RecordedSamples<_>| Ok::<_, Unreadable>(Options { model, ..Options::default() });
-    let mut diagnosed = Diagnosed::read(&mut recorded, Some(Picture::default()), options, || true)?;
+    let detector =
+        |_: &RecordedSamples<_>| Ok::<_, Unreadable>(Detector::new(Options { model, ..Options::default() }));
+    let mut diagnosed = Diagnosed::read(&mut recorded, Some(Picture::default()), detector, || true)?;
     let picture = diagnosed.picture.take().unwrap_or_default();
     let charts = picture.charts(name, 1, &diagnosed.conclusion.episodes);
     Ok(Found {

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use common::{Page, described, description, free};
 use encoring_dashboard::WebOptions;
-use encoring_diagnosis::{Diagnosed, DiagnosisReport, Options, RecordedSamples, Unreadable};
+use encoring_diagnosis::{Detector, Diagnosed, DiagnosisReport, Options, RecordedSamples, Unreadable};
 
 /// A log in which one bit is wrong in one row.
 fn log() -> String {
@@ -42,8 +42,10 @@ fn the_report_is_that_of_the_library_which_the_command_prints() {
     let log = log();
     let mut recorded = RecordedSamples::open("axis.csv", log.as_bytes(), None).unwrap();
     let model = Some(encoring_words::Model::Ce65M);
-    let options = |_: &RecordedSamples<&[u8]>| Ok::<_, Unreadable>(Options { model, ..Options::default() });
-    let diagnosed = Diagnosed::read(&mut recorded, None, options, || true).unwrap();
+    let detector = |_: &RecordedSamples<&[u8]>| {
+        Ok::<_, Unreadable>(Detector::new(Options { model, ..Options::default() }))
+    };
+    let diagnosed = Diagnosed::read(&mut recorded, None, detector, || true).unwrap();
     assert_eq!(found["report"], serde_json::to_value(DiagnosisReport::new(&[diagnosed])).unwrap());
 }
 

@@ -3,7 +3,7 @@
 use core::num::NonZeroU32;
 
 use encoring_host::validity::{Circle, Expectation, Limits, Swiftest};
-use encoring_words::model::MODELS;
+use encoring_words::model::{MODELS, SensorKind};
 use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, Model};
 
@@ -33,6 +33,9 @@ impl Axis {
         let given = options
             .active
             .and_then(|active| Expectation::new(active.model, active.sensor, &active.parameters).ok());
+        // Of a rod positions go on beyond its length [C7].
+        let is_shaft = said(options).is_some_and(|model| model.sensor_kind() == SensorKind::Rotary);
+        let length = options.measuring_length.filter(|length| is_shaft && *length <= DATA_MAX);
         match given {
             Some(expectation) => Self {
                 circle: expectation.circle(),
@@ -42,13 +45,18 @@ impl Axis {
                 refresh_ns,
             },
             None => Self {
-                circle: Circle { positions: i64::from(DATA_MAX) + 1 },
-                is_circle_known: false,
+                circle: Circle { positions: length.map_or(i64::from(DATA_MAX), i64::from) + 1 },
+                is_circle_known: length.is_some(),
                 is_scale_known: false,
                 swiftest: assumed(&limits, said(options)),
                 refresh_ns,
             },
         }
+    }
+
+    /// Steps a second that are permissible, if steps are known parts of a turn or of a millimetre.
+    pub(crate) fn limit(&self) -> Option<i64> {
+        self.swiftest.steps_per_s.filter(|_| self.is_scale_known)
     }
 
     /// Steps of a speed in this time, rounded up.

@@ -135,6 +135,12 @@ impl JumpCause {
         )
     }
 
+    /// Whether it is one that an encoder makes while others go on, so that what these did tells something.
+    #[must_use]
+    pub const fn is_jump(self) -> bool {
+        !matches!(self, Self::Wrap | Self::Aliasing | Self::Rescaled | Self::Direction)
+    }
+
     /// Whether it holds for a stretch of rows, which makes one episode.
     #[must_use]
     pub const fn lasts(self) -> bool {

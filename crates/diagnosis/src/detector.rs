@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::company;
 use crate::episode::{Conclusion, Episode};
 use crate::options::Options;
 use crate::sample::Sample;
@@ -11,6 +12,8 @@ use crate::window::Window;
 #[derive(Clone, Debug)]
 pub struct Detector {
     options: Options,
+    /// Those of single encoders.
+    about: BTreeMap<u8, Options>,
     windows: BTreeMap<u8, Window>,
 }
 
@@ -18,12 +21,20 @@ impl Detector {
     /// For a recording of which this is known.
     #[must_use]
     pub const fn new(options: Options) -> Self {
-        Self { options, windows: BTreeMap::new() }
+        Self { options, about: BTreeMap::new(), windows: BTreeMap::new() }
+    }
+
+    /// With what is known of the encoder at a ring position, instead of what is known of all.
+    #[must_use]
+    pub fn about(mut self, position: u8, options: Options) -> Self {
+        self.about.insert(position, options);
+        self
     }
 
     /// Takes the next row, in the order of the recording.
     pub fn sample(&mut self, sample: Sample) {
-        let Self { options, windows } = self;
+        let Self { options, about, windows } = self;
+        let options = about.get(&sample.position).unwrap_or(options);
         let window = windows.entry(sample.position);
         window.or_insert_with(|| Window::new(sample.position, options)).push(&sample);
     }
@@ -38,10 +49,12 @@ impl Detector {
     /// What all rows together say.
     #[must_use]
     pub fn finish(self) -> Conclusion {
+        let positions = self.windows.len();
         let mut conclusion = Conclusion::default();
         for (_, window) in self.windows {
             window.finish(&mut conclusion);
         }
+        company::compare(&mut conclusion.episodes, positions);
         conclusion.episodes.sort_by_key(|episode| (episode.time_ns, episode.line));
         conclusion
     }

@@ -29,6 +29,7 @@
 mod axis;
 mod beyond;
 mod cause;
+mod company;
 mod curve;
 mod detector;
 mod episode;
@@ -44,6 +45,7 @@ mod page;
 mod part;
 mod picture;
 mod places;
+mod quiet;
 mod recent;
 mod recorded;
 mod report;

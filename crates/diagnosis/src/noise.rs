@@ -163,6 +163,9 @@ pub(crate) fn period(points: &[Point]) -> i64 {
 /// Takes the times of a run as even where that makes it smoother: stamps can be coarser than the rows, and later than them.
 pub(crate) fn even_times(points: &mut [Point], circle: Circle, period: i64) {
     let Some(first) = points.first().map(|point| point.time_ns) else { return };
+    if points.windows(2).all(|two| matches!(two, [a, b] if b.time_ns - a.time_ns == period)) {
+        return;
+    }
     let mut even = first;
     let mut evened = points.to_vec();
     for point in evened.iter_mut().skip(1) {

@@ -12,6 +12,8 @@ pub struct Options {
     pub model: Option<Model>,
     /// What is active in the encoder.
     pub active: Option<ActiveValues>,
+    /// S alone, where no more is known: the measuring length in steps of a shaft.
+    pub measuring_length: Option<u32>,
     /// The highest speed of the shaft in revolutions per minute.
     pub most_rpm: Option<NonZeroU32>,
     /// The highest speed of the magnet in mm/s.

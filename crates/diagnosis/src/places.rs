@@ -13,6 +13,9 @@ use crate::verdict::Judged;
 
 /// Pauses that are remembered.
 const PAUSES: usize = 256;
+/// The farthest row from a known time that shows the place at that time.
+const NEAR_NS: i64 = 1_000_000_000;
+const NEAR_ROWS: i64 = 4;
 /// How far from a known place a position may be, in steps.
 const KNOWN_NEAR: i64 = 8;
 
@@ -25,11 +28,23 @@ pub(crate) struct Places {
     last: Option<(KnownPlace, i64)>,
     /// The time and the line behind it, and how long it was.
     pauses: Vec<(i64, u64, i64)>,
+    /// Those near which no row is.
+    missed: Vec<KnownPlace>,
 }
 
 impl Places {
+    /// Whether every place was compared that is known.
+    pub(crate) const fn are_told(&self) -> bool {
+        self.known.is_empty()
+    }
+
     pub(crate) fn new(known: &[KnownPlace]) -> Self {
-        Self { known: known.to_vec(), last: None, pauses: Vec::new() }
+        Self { known: known.to_vec(), last: None, pauses: Vec::new(), missed: Vec::new() }
+    }
+
+    /// Places that could not be compared: those near which no row is, and those that no row came for.
+    pub(crate) fn missed(&self) -> impl Iterator<Item = &KnownPlace> {
+        self.missed.iter().chain(&self.known)
     }
 
     /// What places that somebody knows say: a place that fits before a gap and none behind it.
@@ -49,6 +64,10 @@ impl Places {
                 break;
             }
             self.known.remove(0);
+            if (point.time_ns - time_ns).abs() > NEAR_NS.max(part.period_ns * NEAR_ROWS) {
+                self.missed.push(known);
+                continue;
+            }
             let off = way(circle, known.steps, point.value);
             let was = self.last.replace((known, off));
             let Some((before, was_off)) = was else { continue };

@@ -4,12 +4,11 @@ use std::io::BufRead;
 use std::str::FromStr;
 
 use encoring_trace::bus::{BusReader, MARK};
-use encoring_trace::{Columns, DeviceLine, Reader, RowKind, TableLayout};
+use encoring_trace::{Columns, DeviceLine, LoggedEncoder, Reader, RowKind, TableLayout};
 use encoring_words::Model;
 
 use crate::detector::Detector;
 use crate::episode::Conclusion;
-use crate::options::Options;
 use crate::picture::Picture;
 use crate::sample::Sample;
 
@@ -81,17 +80,28 @@ impl<R: BufRead> RecordedSamples<R> {
         self.table().map_or(0, Reader::origin_ns)
     }
 
+    /// The encoders that it starts from, with their memories.
+    #[must_use]
+    pub fn devices(&self) -> &[DeviceLine] {
+        match &self.rows {
+            Kind::Bus(reader) => reader.devices(),
+            Kind::Table(reader) => reader.recording().map_or(&[][..], |recording| &recording.devices),
+        }
+    }
+
+    /// The encoders that the head of a log names.
+    #[must_use]
+    pub fn logged(&self) -> &[LoggedEncoder] {
+        self.table().map_or(&[], Reader::logged)
+    }
+
     /// The model that it names, if all its encoders are of one.
     ///
     /// # Errors
     /// [`Unreadable`] if it names one that does not exist.
     pub fn model(&self) -> Result<Option<Model>, Unreadable> {
-        let devices: &[DeviceLine] = match &self.rows {
-            Kind::Bus(reader) => reader.devices(),
-            Kind::Table(reader) => reader.recording().map_or(&[][..], |recording| &recording.devices),
-        };
         let mut models = Vec::new();
-        for DeviceLine { line, model, .. } in devices {
+        for DeviceLine { line, model, .. } in self.devices() {
             let wrong = |error| Unreadable(format!("{} line {line}: {model}: {error}", self.name));
             let model = Model::from_str(model).map_err(wrong)?;
             if !models.contains(&model) {
@@ -133,23 +143,23 @@ pub struct Diagnosed {
 }
 
 impl Diagnosed {
-    /// Reads a recording up to its end, or for as long as `goes_on`. `options` is asked when the first position has come, as
+    /// Reads a recording up to its end, or for as long as `goes_on`. `detector` is asked when the first position has come, as
     /// the beginning of the times is known then.
     ///
     /// # Errors
-    /// That of `options`, or [`Unreadable`] made into one.
+    /// That of `detector`, or [`Unreadable`] made into one.
     pub fn read<R: BufRead, E: From<Unreadable>>(
         recorded: &mut RecordedSamples<R>,
         mut picture: Option<Picture>,
-        options: impl Fn(&RecordedSamples<R>) -> Result<Options, E>,
+        detector: impl Fn(&RecordedSamples<R>) -> Result<Detector, E>,
         goes_on: impl Fn() -> bool,
     ) -> Result<Self, E> {
-        let (mut detector, mut rows) = (None, 0);
+        let (mut made, mut rows) = (None, 0);
         while let Some(sample) = recorded.next() {
             if let Some(sample) = sample? {
-                let detector = match &mut detector {
-                    Some(detector) => detector,
-                    none => none.insert(Detector::new(options(recorded)?)),
+                let detector = match &mut made {
+                    Some(made) => made,
+                    none => none.insert(detector(recorded)?),
                 };
                 rows += 1;
                 detector.sample(sample);
@@ -162,7 +172,7 @@ impl Diagnosed {
                 break;
             }
         }
-        let conclusion = detector.map(Detector::finish).unwrap_or_default();
+        let conclusion = made.map(Detector::finish).unwrap_or_default();
         Ok(Self { name: recorded.name.clone(), rows, conclusion, picture })
     }
 

@@ -23,6 +23,8 @@ const WORD: i64 = 1 << 24;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Round {
     positions: i64,
+    /// How far off that may be.
+    doubt: i64,
     /// How often it was seen.
     times: usize,
 }
@@ -36,6 +38,8 @@ pub(crate) struct Ends {
     pub(crate) times: usize,
     /// Every number of positions that was seen: each scaling has its own.
     pub(crate) circles: Vec<i64>,
+    /// Where S is given: another end that was seen more than once, and how often.
+    pub(crate) other: Option<(i64, usize)>,
 }
 
 impl Ends {
@@ -52,11 +56,21 @@ impl Ends {
             axis.circle = Circle { positions: round.positions };
             self.times = self.times.max(round.times);
         }
+        if axis.is_circle_known && half.is_none() {
+            let is_other = |round: &&Round| {
+                round.times > 1 && (round.positions - axis.circle.positions).abs() > round.doubt
+            };
+            let other = found.iter().find(is_other).map(|round| (round.positions, round.times));
+            self.other = self.other.max(other);
+        }
         self.doubt(points, axis);
-        for round in found.iter().filter(is_sure) {
-            if !self.circles.contains(&round.positions) && self.circles.len() < CIRCLES {
-                self.circles.push(round.positions);
-            }
+        found.iter().filter(is_sure).for_each(|round| self.may_have(round.positions));
+    }
+
+    /// Positions may begin again after so many, at some time.
+    pub(crate) fn may_have(&mut self, positions: i64) {
+        if !self.circles.contains(&positions) && self.circles.len() < CIRCLES {
+            self.circles.push(positions);
         }
     }
 
@@ -86,7 +100,8 @@ fn found(points: &[Point], circle: Circle) -> Vec<Round> {
     while let Some(best) = candidates.iter().max_by_key(|one| agreeing(&candidates, one)) {
         let (group, others) = candidates.iter().copied().partition(|other| agrees(best, other));
         let group: Vec<Candidate> = group;
-        rounds.push(Round { positions: agreed(&group, points, circle), times: group.len() });
+        let doubt = group.iter().map(|one| one.doubt).max().unwrap_or_default() * 2;
+        rounds.push(Round { positions: agreed(&group, points, circle), doubt, times: group.len() });
         candidates = others;
         if rounds.len() == ROUNDS {
             break;

@@ -13,6 +13,9 @@ const PAUSE_NS: i64 = 1_000_000_000;
 /// Values of replies that are kept.
 const VALUES: usize = 64;
 
+/// Measuring lengths that are kept.
+const LENGTHS: usize = 8;
+
 /// Something that a service did, at a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
@@ -51,6 +54,8 @@ pub(crate) struct Services {
     untold: Vec<Mark>,
     /// Data of requests and replies, the newest last.
     values: Vec<u32>,
+    /// Measuring lengths that were written or read.
+    lengths: Vec<u32>,
     /// Rows with an OUT word, and without.
     outs: (u64, u64),
     requested: bool,
@@ -121,6 +126,10 @@ impl Services {
             self.values.push(fields.data);
         }
         let ServiceNumber::Known(service) = fields.service else { return };
+        let is_length = service == Service::MeasuringLength && fields.data != 0;
+        if is_length && !self.lengths.contains(&fields.data) && self.lengths.len() < LENGTHS {
+            self.lengths.push(fields.data);
+        }
         let done = match (service, fields.access) {
             (Service::PresetAdjustment, Access::Write) => Done::Preset(fields.data),
             (Service::MeasuringLength | Service::Numerator | Service::Denominator, Access::Write) => {
@@ -164,6 +173,16 @@ impl Services {
         }
         self.untold.drain(..told);
         sessions
+    }
+
+    /// Whether something was done that no session was made of yet.
+    pub(crate) const fn is_waiting(&self) -> bool {
+        !self.untold.is_empty()
+    }
+
+    /// Measuring lengths that were written or read.
+    pub(crate) fn lengths(&self) -> &[u32] {
+        &self.lengths
     }
 
     /// Whether these are data of a request or a reply that was seen.

@@ -3,9 +3,10 @@
 use encoring_words::Duration;
 
 use crate::axis::Axis;
-use crate::curve::Point;
+use crate::curve::{LEAST, Point};
 use crate::episode::Conclusion;
 use crate::given::Given;
+use crate::places::Places;
 use crate::round::Ends;
 use crate::services::Services;
 
@@ -17,6 +18,7 @@ pub(crate) struct Told<'a> {
     pub(crate) ends: &'a Ends,
     pub(crate) given: &'a Given,
     pub(crate) services: &'a Services,
+    pub(crate) places: &'a Places,
 }
 
 /// What was seen, for the sentences at the end.
@@ -32,6 +34,14 @@ pub(crate) struct Tally {
 }
 
 impl Tally {
+    /// Counts rows in which nothing can have happened.
+    pub(crate) fn look_at_quiet(&mut self, positions: u64, period_ns: i64, has_moved: bool) {
+        self.positions += positions;
+        self.period_ns = period_ns;
+        self.tolerance = self.tolerance.max(LEAST);
+        self.has_moved |= has_moved;
+    }
+
     /// What can be judged of these points.
     pub(crate) fn look(&mut self, points: &[Point], axis: &Axis, tolerance: i64, most: i64) {
         self.tolerance = self.tolerance.max(tolerance);
@@ -70,6 +80,20 @@ impl Tally {
         }
         if let Some(contradiction) = beside.given.contradiction() {
             limits.push(format!("position {position}: {contradiction}"));
+        }
+        for place in beside.places.missed() {
+            let at = Duration(place.time_ns);
+            limits.push(format!(
+                "position {position}: the known place {} at {at} was not compared: no row is near that time",
+                place.steps
+            ));
+        }
+        let given = axis.circle.positions;
+        if let Some((seen, times)) = ends.other.filter(|_| axis.is_circle_known) {
+            limits.push(format!(
+                "position {position}: {given} positions are given, and {times} times they begin again after about {seen}: these are \
+                 wrong, or another scaling was active"
+            ));
         }
         if !self.has_moved {
             limits.push(format!(

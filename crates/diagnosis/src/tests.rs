@@ -1,4 +1,4 @@
-use encoring_words::{Model, Parameter, ParameterSet};
+use encoring_words::{Model, Parameter, ParameterSet, gray};
 
 use crate::{ActiveValues, Conclusion, Detector, JumpCause, Options, Sample, Sighting};
 
@@ -121,4 +121,49 @@ mod any {
             prop_assert!(found.episodes.iter().all(|episode| episode.line <= episode.to_line && episode.count > 0));
         }
     }
+}
+
+#[test]
+fn a_measuring_length_that_a_service_wrote_ends_the_range() {
+    // C2h with 19 999; the range of 20 000 positions ends in row 300.
+    let words = (0..600_u32).map(|k| if k == 100 { 0xC200_4E1F } else { (17_000 + 10 * k) % 20_000 });
+    let found = causes(words);
+    assert!(found.contains(&(302, JumpCause::Wrap)), "{found:?}");
+}
+
+#[test]
+fn a_position_beyond_the_range_is_a_jump_and_no_way_round() {
+    let mut detector = Detector::new(Options {
+        model: Some(Model::Ce65M),
+        measuring_length: Some(4_095),
+        ..Options::default()
+    });
+    for k in 0..200_u32 {
+        let word = (10 * k) % 4_096;
+        let reading = Sighting::Word(if k == 100 { word ^ 1 << 14 } else { word });
+        detector.sample(Sample {
+            line: u64::from(k) + 2,
+            time_ns: u64::from(k) * 1_000_000,
+            position: 0,
+            out: None,
+            reading,
+        });
+    }
+    let found = detector.finish().episodes;
+    assert_eq!(
+        found.iter().map(|one| (one.line, one.cause)).collect::<Vec<_>>(),
+        [(102, JumpCause::SingleBit)]
+    );
+}
+
+#[test]
+fn rows_that_are_in_another_code_for_a_while_are_followed_to_where_they_are_back() {
+    let right = |k: u32| 100_000 + 3 * k;
+    let words = (0..900).map(|k| if (300..340).contains(&k) { gray::decode(right(k)) } else { right(k) });
+    let found = causes(words);
+    assert_eq!(
+        found.iter().map(|(_, cause)| *cause).collect::<Vec<_>>(),
+        [JumpCause::BinaryAsGray],
+        "{found:?}"
+    );
 }

@@ -108,7 +108,7 @@ pub(crate) fn stretches(rows: &[Row], circle: Circle, usual: ReadAs, first: Read
 /// Whether places among these rows are far smoother in another way.
 fn is_doubtful(rows: &[Row], circle: Circle, usual: ReadAs) -> bool {
     let mut better = [0_usize; 4];
-    for three in rows.windows(3).step_by(APART) {
+    for three in rows.windows(3).step_by(APART).filter(|three| is_rough(three, circle, usual)) {
         let mut courses = [Course::default(); 4];
         let mut last = [0; 4];
         three.iter().for_each(|row| last = costs(&mut courses, circle, row));
@@ -118,6 +118,12 @@ fn is_doubtful(rows: &[Row], circle: Circle, usual: ReadAs) -> bool {
         }
     }
     better.iter().any(|count| *count >= DOUBTS)
+}
+
+/// Whether another way can be smoother by [`BETTER`] bits.
+fn is_rough(three: &[Row], circle: Circle, usual: ReadAs) -> bool {
+    let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|at| three.get(at)?.position(usual)) else { return true };
+    bits(motion::way(circle, b, c).saturating_sub(motion::way(circle, a, b))) >= BETTER
 }
 
 fn place(way: ReadAs) -> usize {

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use encoring_words::model::SensorKind;
 use encoring_words::parameter::{Code, Parameter};
 use encoring_words::{Model, ParameterSet};
 
@@ -17,6 +18,7 @@ use crate::options::Options;
 use crate::outside;
 use crate::part::{Part, way_of};
 use crate::places::Places;
+use crate::quiet::{self, Pace, Quiet};
 use crate::round::Ends;
 use crate::row::{ReadAs, Row};
 use crate::sample::Sample;
@@ -35,6 +37,9 @@ const AHEAD: usize = 1_024;
 const BEHIND: usize = 512;
 /// A longer pause than so many periods is a gap: nothing is known of it.
 const GAP: i64 = 8;
+
+/// Rows by which a second difference shows another way to read rows too late.
+const EDGE: usize = 2;
 
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
@@ -115,14 +120,18 @@ impl Window {
     pub(crate) fn finish(mut self, conclusion: &mut Conclusion) {
         self.is_ending = true;
         self.judge(self.rows.len());
-        let Self { position, axis, ends, given, services, .. } = &self;
-        self.tally.tell(&Told { position: *position, axis, ends, given, services }, conclusion);
+        let Self { position, axis, ends, given, services, places, .. } = &self;
+        self.tally.tell(&Told { position: *position, axis, ends, given, services, places }, conclusion);
         conclusion.episodes.append(&mut self.ledger.into_episodes());
     }
 
     /// Judges the rows up to `until`.
     fn judge(&mut self, until: usize) {
         let range = self.from..until;
+        if self.is_quiet(&range) {
+            self.drain(until);
+            return;
+        }
         let stretches = ways::stretches(&self.rows, self.axis.circle, self.usual, self.way);
         self.tell_ways(&stretches, &range);
         let mut points = self.points(&stretches, &range);
@@ -133,6 +142,10 @@ impl Window {
             noise::even_times(run, self.axis.circle, period_ns);
         }
         self.ends.look(&points, &mut self.axis);
+        // A rod's positions go on beyond its length [C7].
+        if self.model.is_none_or(|model| model.sensor_kind() == SensorKind::Rotary) {
+            self.services.lengths().iter().for_each(|length| self.ends.may_have(i64::from(*length) + 1));
+        }
         self.given.look(&points, &self.rows, &range);
         let circle = self.axis.circle;
         let counted = |row: usize| range.contains(&row);
@@ -154,6 +167,7 @@ impl Window {
             let curve = Curve { points: run, rows, circle, axis: &self.axis, period_ns, tolerance };
             self.curve(&curve, &part, &mut finds);
         }
+        finds.retain(|(rows, judged)| !is_edge(&stretches, rows, judged));
         outside::finds(&part, &mut finds);
         self.places.look(&part, self.is_ending, &mut finds);
         self.sessions(&range, &stretches, &mut finds);
@@ -164,6 +178,27 @@ impl Window {
             self.ledger.tell(&self.rows, &self.services, rows, judged);
         }
         self.drain(until);
+    }
+
+    /// Whether nothing can have happened in these rows, or in those beside them; they are counted then.
+    fn is_quiet(&mut self, range: &Range<usize>) -> bool {
+        let is_usual = self.usual == ReadAs::Plain && self.way == ReadAs::Plain;
+        if !is_usual || !self.places.are_told() || self.services.is_waiting() {
+            return false;
+        }
+        let pace = Pace { fast_ns: self.fast_ns(), steps_per_s: self.axis.limit() };
+        let Some(Quiet { period_ns, most, has_moved }) = quiet::of(&self.rows, pace) else { return false };
+        let is_within = !self.axis.is_circle_known || most < self.axis.circle.positions;
+        if is_within {
+            self.ends.most = self.ends.most.max(most);
+            self.tally.look_at_quiet(range.len() as u64, period_ns, has_moved);
+        }
+        is_within
+    }
+
+    /// Below this period rows may come faster than the encoder's samples.
+    fn fast_ns(&self) -> i64 {
+        self.axis.refresh_ns.max(1_000_000) * 7 / 2
     }
 
     fn drain(&mut self, until: usize) {
@@ -206,7 +241,7 @@ impl Window {
         if first >= end {
             return;
         }
-        let is_fast = self.tally.period_ns * 2 < self.axis.refresh_ns.max(1_000_000) * 7;
+        let is_fast = self.tally.period_ns < self.fast_ns();
         let mut found = noise::stretches(curve, is_fast);
         let quiet: Vec<Range<usize>> = gaps(&found, curve.points.len());
         for quiet in quiet {
@@ -301,6 +336,13 @@ impl Window {
             self.ledger.tell(&self.rows, &self.services, rows, Judged::likely(cause, evidence));
         }
     }
+}
+
+/// Whether a find is the edge of rows that are read in another way, which shows a row or two too early or too late.
+fn is_edge(stretches: &[Stretch], rows: &Range<usize>, judged: &Judged) -> bool {
+    let is_near = |edge: usize| rows.start.abs_diff(edge) <= EDGE;
+    let is_beside = |stretch: &Stretch| is_near(stretch.rows.start) || is_near(stretch.rows.end);
+    judged.cause == JumpCause::Unclear && rows.len() <= EDGE && stretches.iter().any(is_beside)
 }
 
 /// The parts between stretches.

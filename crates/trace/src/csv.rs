@@ -6,7 +6,7 @@ use std::mem;
 
 use crate::columns::{Column, Doubt, ROW_NS, Row, RowKind, Style};
 use crate::error::{Error, Problem};
-use crate::header::{self, DeviceLine, Recording};
+use crate::header::{self, DeviceLine, LoggedEncoder, Recording};
 use crate::lines::{LINE_LIMIT, Lines, is_header_or_row};
 use crate::table::{DECIMAL_POINT, Seen, Table, TableLayout, head};
 use crate::text::Text;
@@ -22,6 +22,7 @@ const SSI_EDGE: &[u8] = b"# ssi ";
 pub struct Reader<R> {
     rows: Rows<R>,
     recording: Option<Recording>,
+    logged: Vec<LoggedEncoder>,
     ended: bool,
 }
 
@@ -47,6 +48,8 @@ impl<R: Read> Reader<R> {
         };
         let mut lines = Lines::new(file, source);
         let mut recording: Option<Recording> = None;
+        let mut is_log = false;
+        let mut logged: Vec<LoggedEncoder> = Vec::new();
         loop {
             if !lines.advance(LINE_LIMIT)? {
                 return Err(lines.error(None, Column::no_header()));
@@ -57,8 +60,14 @@ impl<R: Read> Reader<R> {
                 break;
             } else if lines.number() == 1 {
                 recording = header::is_recording(comment(line)).map_err(problem)?.then(Recording::default);
+                is_log = header::is_log(comment(line));
             } else if let Some(recording) = &mut recording {
                 recording.comment(lines.number(), comment(line)).map_err(problem)?;
+            } else if is_log && let Some(encoder) = LoggedEncoder::of(comment(line)) {
+                // Positions are at most 127, so this also bounds the number of encoders.
+                if logged.iter().all(|known| known.position != encoder.position) {
+                    logged.push(encoder);
+                }
             }
         }
         let ours = columns(lines.line());
@@ -91,12 +100,17 @@ impl<R: Read> Reader<R> {
                 Rows::Foreign(Box::new(Table::open(lines, seen, layout)?))
             }
         };
-        Ok(Self { rows, recording, ended: false })
+        Ok(Self { rows, recording, logged, ended: false })
     }
 
     /// The encoders that the file starts from, if it is a recording.
     pub fn recording(&self) -> Option<&Recording> {
         self.recording.as_ref()
+    }
+
+    /// The encoders that the head of a log names; none of any other file.
+    pub fn logged(&self) -> &[LoggedEncoder] {
+        &self.logged
     }
 
     /// What was assumed of a table of others, as one line.

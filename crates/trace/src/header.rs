@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use encoring_words::number;
+
 use crate::columns::position;
 use crate::error::{Problem, excerpt};
 use crate::lines::LINE_LIMIT;
@@ -40,6 +42,37 @@ impl fmt::Display for DeviceLine {
         f.write_str(" memory=")?;
         self.memory.iter().try_for_each(|byte| write!(f, "{byte:02X}"))
     }
+}
+
+/// An encoder that the head of a log names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoggedEncoder {
+    /// The ring position, 0 to 127.
+    pub position: u8,
+    /// The model: one word.
+    pub model: String,
+    /// Its measuring length in steps, if it was known.
+    pub measuring_length: Option<u32>,
+}
+
+impl LoggedEncoder {
+    /// From its comment; `None` if that is another.
+    pub(crate) fn of(comment: &[u8]) -> Option<Self> {
+        let mut words = str::from_utf8(comment).ok()?.strip_prefix("# encoder ")?.split_ascii_whitespace();
+        let position = position(words.next()?.as_bytes())?;
+        let model = words.next()?.to_owned();
+        let length = words.find_map(|word| word.strip_prefix("measuring_length="));
+        Some(Self {
+            position,
+            model,
+            measuring_length: length.and_then(|length| Some(number::value(length).ok()?.number)),
+        })
+    }
+}
+
+/// Whether the first line of a file makes it a log.
+pub(crate) fn is_log(line: &[u8]) -> bool {
+    line.starts_with(b"# encoring-log ")
 }
 
 /// Whether the first line of a file makes it a recording.

@@ -69,6 +69,6 @@ pub mod wave;
 pub use self::columns::{CycleSeen, Input, Row, RowKind};
 pub use self::csv::{Reader, Writer};
 pub use self::error::{Error, Problem};
-pub use self::header::{DeviceLine, Recording};
+pub use self::header::{DeviceLine, LoggedEncoder, Recording};
 pub use self::log::Log;
 pub use self::table::{Columns, TableLayout};

@@ -1,16 +1,16 @@
 //! What is said of the encoder and its axis beside the recording.
 
 use std::num::NonZeroU32;
-use std::path::PathBuf;
+use std::path::Path;
 
 use clap::Args;
-use encoring_diagnosis::{ActiveValues, KnownPlace, Options};
+use encoring_diagnosis::{ActiveValues, Detector, KnownPlace, Options};
 use encoring_words::model::SensorKind;
 use encoring_words::{Duration, Model, Parameter, ParameterSet};
 use encoring_workshop::ParameterFile;
 
 use crate::arguments::{self, TypeLabel, span};
-use crate::output::{Failure, bad_input};
+use crate::output::{Failure, bad_input, note};
 
 /// Nanoseconds of a day.
 const DAY_NS: i128 = 24 * 3_600 * 1_000_000_000;
@@ -21,9 +21,9 @@ const DAY_NS: i128 = 24 * 3_600 * 1_000_000_000;
 pub(super) struct AboutArguments {
     #[command(flatten)]
     label: TypeLabel,
-    /// File with its active values, as `encoring backup` writes it
+    /// File with its active values, as `encoring backup` writes it, or POSITION=FILE for one of several encoders (repeatable)
     #[arg(long, value_name = "FILE")]
-    parameters: Option<PathBuf>,
+    parameters: Vec<String>,
     /// Length of an LA-66's rod in mm, from the type label
     #[arg(long, value_name = "MM", value_parser = arguments::millimetres)]
     rod_mm: Option<u32>,
@@ -36,6 +36,26 @@ pub(super) struct AboutArguments {
     /// True position at a time of the recording, as "12:03:04 = 1500" or "90s = 1500"; may be given several times
     #[arg(long, value_name = "TIME = STEPS", value_parser = known)]
     known: Vec<KnownAt>,
+}
+
+/// What a scaling needs.
+const SCALING: [Parameter; 3] = [Parameter::MeasuringLength, Parameter::Numerator, Parameter::Denominator];
+
+/// What a recording itself says of an encoder.
+#[derive(Clone, Debug)]
+pub(super) struct NamedEncoder {
+    pub(super) position: u8,
+    pub(super) model: Model,
+    /// From its memory.
+    pub(super) active: Option<ActiveValues>,
+    pub(super) measuring_length: Option<u32>,
+}
+
+/// A file of `--parameters`.
+struct GivenFile {
+    /// `None`: of every encoder that has none of its own.
+    position: Option<u8>,
+    active: ActiveValues,
 }
 
 /// A true position at a time.
@@ -54,47 +74,93 @@ fn known(text: &str) -> Result<KnownAt, String> {
     let (time, steps) = (time.trim(), arguments::value(steps.trim())?);
     let parts: Vec<&str> = time.split(':').collect();
     let (time, is_of_day) = match parts[..] {
-        [hours, minutes] => (span(&format!("{hours}h {minutes}m"))?, true),
-        [hours, minutes, seconds] => {
-            let (whole, decimals) = seconds.split_once('.').unwrap_or((seconds, ""));
-            let nanos = format!("{decimals:0<9}");
-            (span(&format!("{hours}h {minutes}m {whole}s {nanos}ns"))?, true)
-        }
+        [hours, minutes] => (of_day(time, hours, minutes, "0")?, true),
+        [hours, minutes, seconds] => (of_day(time, hours, minutes, seconds)?, true),
         _ => (span(time)?, false),
     };
     Ok(KnownAt { time_ns: time.as_nanos(), is_of_day, steps })
 }
 
-impl AboutArguments {
-    /// For a recording whose times begin at `origin_ns`, of an encoder that it names.
-    pub(super) fn options(&self, origin_ns: i128, named: Option<Model>) -> Result<Options, Failure> {
-        let active = self.active()?;
-        let said = self.label.model.or(active.map(|active| active.model)).or(named);
-        if let (Some(said), Some(named)) = (said, named)
-            && said != named
-        {
-            return Err(bad_input(format!(
-                "the recording is of a {named}, and --model or --parameters says {said}"
-            )));
+/// A time of the day.
+fn of_day(time: &str, hours: &str, minutes: &str, seconds: &str) -> Result<Duration, String> {
+    let (whole, decimals) = seconds.split_once('.').unwrap_or((seconds, ""));
+    for (part, limit) in [(hours, 24), (minutes, 60), (whole, 60)] {
+        let value = arguments::value(part).map_err(|wrong| format!("{time}: {wrong}"))?;
+        if value >= limit {
+            return Err(format!(
+                "{time}: {part} is above {}, the last of its kind in a time of the day",
+                limit - 1
+            ));
         }
-        let mut known: Vec<KnownPlace> = self.known.iter().map(|known| known.place(origin_ns)).collect();
-        known.sort_by_key(|known| known.time_ns);
-        Ok(Options {
-            model: said,
-            active,
-            most_rpm: self.max_rpm,
-            most_mm_s: self.max_mm_s,
-            known,
-            ..Options::default()
-        })
+    }
+    span(&format!("{hours}h {minutes}m {whole}s {decimals:0<9}ns"))
+}
+
+impl AboutArguments {
+    /// Who looks at a recording whose times begin at `origin_ns`, of encoders that it names.
+    pub(super) fn detector(&self, origin_ns: i128, named: &[NamedEncoder]) -> Result<Detector, Failure> {
+        let files = self.files()?;
+        let mut models: Vec<Model> = named.iter().map(|named| named.model).collect();
+        models.dedup();
+        let all = Options { model: models.pop().filter(|_| models.is_empty()), ..self.options(origin_ns) };
+        let of = |position| files.iter().find(|file| file.position == position).map(|file| file.active);
+        let mut detector = Detector::new(with(all.clone(), of(None), self.label.model)?);
+        for position in files.iter().filter_map(|file| file.position) {
+            if named.iter().any(|one| one.position == position) {
+                continue;
+            }
+            if !named.is_empty() {
+                return Err(bad_input(format!(
+                    "--parameters {position}=FILE: the recording has no position {position}"
+                )));
+            }
+            let options = with(self.options(origin_ns), of(Some(position)), self.label.model)?;
+            detector = detector.about(position, options);
+        }
+        for one in named {
+            let file = of(Some(one.position)).or_else(|| of(None));
+            let said =
+                Options { model: Some(one.model), measuring_length: one.measuring_length, ..all.clone() };
+            let options = with(said, file.or(one.active), self.label.model)?;
+            tell_other(one, file.as_ref());
+            detector = detector.about(one.position, options);
+        }
+        Ok(detector)
     }
 
-    /// The values of the file, if it has all that a scaling needs.
-    fn active(&self) -> Result<Option<ActiveValues>, Failure> {
-        let Some(path) = &self.parameters else { return Ok(None) };
-        let name = path.display();
-        let file = ParameterFile::read(path).map_err(bad_input)?;
-        let kept = file.at(None).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
+    fn options(&self, origin_ns: i128) -> Options {
+        let mut known: Vec<KnownPlace> = self.known.iter().map(|known| known.place(origin_ns)).collect();
+        known.sort_by_key(|known| known.time_ns);
+        Options { most_rpm: self.max_rpm, most_mm_s: self.max_mm_s, known, ..Options::default() }
+    }
+
+    /// The files of --parameters.
+    fn files(&self) -> Result<Vec<GivenFile>, Failure> {
+        let mut files: Vec<GivenFile> = Vec::new();
+        for text in &self.parameters {
+            let named = text
+                .split_once('=')
+                .and_then(|(position, file)| Some((arguments::position(position).ok()?, file)));
+            let (position, name) =
+                named.map_or((None, text.as_str()), |(position, file)| (Some(position), file));
+            if files.iter().any(|file| file.position.map(usize::from) == position) {
+                let whose =
+                    position.map_or("all encoders".to_owned(), |position| format!("position {position}"));
+                return Err(bad_input(format!("--parameters {text}: {whose} has a file already")));
+            }
+            let active = self.active(name, position)?;
+            files.push(GivenFile {
+                position: position.and_then(|position| u8::try_from(position).ok()),
+                active,
+            });
+        }
+        Ok(files)
+    }
+
+    /// The values of a file, if it has all that a scaling needs.
+    fn active(&self, name: &str, position: Option<usize>) -> Result<ActiveValues, Failure> {
+        let file = ParameterFile::read(Path::new(name)).map_err(bad_input)?;
+        let kept = file.at(position).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
         let model = kept.model;
         if self.label.model.is_some_and(|said| said != model) {
             return Err(bad_input(format!("{name} is of a {model}, which --model contradicts")));
@@ -107,8 +173,7 @@ impl AboutArguments {
         for (parameter, value) in &kept.values {
             parameters.set(*parameter, *value);
         }
-        let needed = [Parameter::MeasuringLength, Parameter::Numerator, Parameter::Denominator];
-        let lacks = needed
+        let lacks = SCALING
             .into_iter()
             .find(|parameter| model.lists(parameter.service()).is_some() && kept.value(*parameter).is_none());
         match lacks {
@@ -116,7 +181,36 @@ impl AboutArguments {
                 "{name} has no {}, without which the scaling is not known; add it, or leave --parameters out",
                 parameter.key()
             ))),
-            None => Ok(Some(ActiveValues { model, sensor, parameters })),
+            None => Ok(ActiveValues { model, sensor, parameters }),
+        }
+    }
+}
+
+/// The same with values that are active, of the model that somebody says.
+fn with(options: Options, active: Option<ActiveValues>, label: Option<Model>) -> Result<Options, Failure> {
+    let said = label.or(active.map(|active| active.model));
+    if let (Some(said), Some(named)) = (said, options.model)
+        && said != named
+    {
+        return Err(bad_input(format!(
+            "the recording is of a {named}, and --model or --parameters says {said}; of several encoders say which with \
+             --parameters POSITION=FILE"
+        )));
+    }
+    Ok(Options { model: said.or(options.model), active, ..options })
+}
+
+/// Says where a file and the recording differ.
+fn tell_other(named: &NamedEncoder, file: Option<&ActiveValues>) {
+    let (Some(file), Some(memory)) = (file, &named.active) else { return };
+    for parameter in SCALING {
+        let (said, kept) = (file.parameters.value(parameter), memory.parameters.value(parameter));
+        if said != kept {
+            note(&format!(
+                "note: position {}: the memory in the recording has {} = {kept}, --parameters says {said}, which is taken",
+                named.position,
+                parameter.key()
+            ));
         }
     }
 }

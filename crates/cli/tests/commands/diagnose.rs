@@ -2,6 +2,7 @@
 
 use super::{Run, encoring, refused};
 use serde_json::Value;
+use std::path::Path;
 
 /// A log of positions a millisecond apart.
 fn log(words: impl IntoIterator<Item = u32>) -> String {
@@ -126,6 +127,94 @@ fn a_transfer_with_a_fault_is_no_position() {
     }
     let (code, report) = diagnosed(&[], &rows(""));
     assert_eq!((code, report["events"][0]["line"].as_u64()), (Some(3), Some(27)), "{report}");
+}
+
+/// A simulated ring, recorded for a second.
+fn recorded(folder: &Path) -> String {
+    let file = folder.join("ring.csv").display().to_string();
+    let sim = ["sim", "--for", "1s", "--speed", "max", "--modbus", "off", "--web", "off", "--record", &file];
+    let Run { code, err, .. } = encoring(&sim, b"");
+    assert_eq!(code, Some(0), "{err}");
+    file
+}
+
+#[test]
+fn a_recording_tells_model_and_scaling_of_each_encoder_by_its_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = recorded(folder.path());
+    let Run { code, out, .. } = encoring(&["diagnose", &file, "--format", "json"], b"");
+    let report: Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(code, Some(0), "{out}");
+    let judged = report["judged"].to_string();
+    for position in 0..3 {
+        assert!(judged.contains(&format!("position {position}: 16777216 positions, as given")), "{judged}");
+    }
+    assert!(!report["limits"].to_string().contains("give --parameters"), "{report}");
+}
+
+#[test]
+fn parameters_of_several_encoders_are_given_by_position_and_compared_with_the_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = recorded(folder.path());
+    let kept = folder.path().join("kept.toml").display().to_string();
+    let scaling = "[parameters]\nmeasuring_length = 9999\nnumerator = 4096\ndenominator = 1\n";
+    std::fs::write(&kept, format!("version = 1\nmodel = \"ce-65-m\"\n\n{scaling}")).unwrap();
+    let of = |position: &str| format!("{position}{kept}");
+    let Run { out, err, .. } = encoring(&["diagnose", &file, "--parameters", &of("2=")], b"");
+    assert!(
+        err.contains("the memory in the recording has measuring_length = 16777215, --parameters says 9999"),
+        "{err}{out}"
+    );
+    assert!(out.contains("position 2: 10000 positions, as given"), "{out}");
+    for (arguments, said) in [
+        (
+            vec![of("")],
+            "the recording is of a la-66, and --model or --parameters says ce-65-m; of several encoders",
+        ),
+        (vec![of("7=")], "--parameters 7=FILE: the recording has no position 7"),
+        (vec![of("2="), of("2=")], "position 2 has a file already"),
+    ] {
+        let given = arguments.iter().flat_map(|argument| ["--parameters", argument]);
+        let all: Vec<&str> = ["diagnose", &file].into_iter().chain(given).collect();
+        let Run { code, err, .. } = encoring(&all, b"");
+        assert_eq!((code, err.contains(said)), (Some(2), true), "{err}");
+    }
+}
+
+#[test]
+fn the_head_of_a_log_tells_the_model_and_the_end_of_the_range() {
+    let head = "# encoring-log 2 started 2026-11-28T01:22:00Z\n# encoder 2 ce-65-m measuring_length=9999\n";
+    let rows = (0..200).map(|k| format!("{},2,,0x{:08X},valid,\n", k * 1_000, (9_500 + 10 * k) % 10_000));
+    let log = head.to_owned() + "time_us,position,out,in,verdict,value\n" + &rows.collect::<String>();
+    let (code, report) = diagnosed(&[], &log);
+    assert_eq!((code, report["events"][0]["certainty"].as_str()), (Some(0), Some("certain")), "{report}");
+    assert!(report["judged"].to_string().contains("10000 positions, as given"), "{report}");
+    let Run { code, err, .. } = encoring(&["diagnose", "-", "--model", "la-66"], log.as_bytes());
+    assert_eq!((code, err.contains("the recording is of a ce-65-m")), (Some(2), true), "{err}");
+}
+
+#[test]
+fn a_known_place_that_no_row_is_near_is_told_and_no_time_of_the_day_is_refused() {
+    let (_, report) = diagnosed(&["--known", "90s = 1000"], &turning(0, |word| word));
+    let limits = report["limits"].to_string();
+    assert!(
+        limits.contains("the known place 1000 at 90 s was not compared: no row is near that time"),
+        "{limits}"
+    );
+    let wrong = ["diagnose", "-", "--known", "12:61 = 3"];
+    let Run { code, err, .. } = encoring(&wrong, b"");
+    assert_eq!((code, err.contains("12:61: 61 is above 59")), (Some(2), true), "{err}");
+}
+
+#[test]
+fn a_jump_is_told_with_what_the_other_encoders_did() {
+    let rows = (0..200).flat_map(|k| {
+        let word = |position: u32| if (position, k) == (1, 100) { 1_000 ^ 1 << 20 } else { 1_000 + 10 * k };
+        [0, 1].map(|position| format!("{},{position},{:08X}\n", k * 10, word(position)))
+    });
+    let (_, report) = diagnosed(&[], &("time_ms,position,in\n".to_owned() + &rows.collect::<String>()));
+    let evidence = report["events"][0]["evidence"].to_string();
+    assert!(evidence.contains("no other encoder of the recording has an event at that time"), "{report}");
 }
 
 #[test]
