@@ -36,7 +36,8 @@ def decode(program, file):
 
 
 def compare(options):
-    print("| capture | decoder | samples/s, median | to spi | most memory |\n|---|---|--:|--:|--:|")
+    print("| capture | decoder | samples/s, median | to spi | by the processor's time | most memory |")
+    print("|---|---|--:|--:|--:|--:|")
     for name, reader in READERS.items():
         file = capture(options.encoring, options.folder / f"{name}.sr", reader, options.seconds)
         commands = {
@@ -56,11 +57,12 @@ def compare(options):
         counts = [max(lines) for lines in found.values()]
         assert max(counts) - min(counts) <= 2, found
         samples = options.seconds * RATE
-        peer = statistics.median(samples / run[0] for run in runs["sigrok-cli, spi"])
+        peer = [statistics.median(run[which] for run in runs["sigrok-cli, spi"]) for which in (0, 1)]
         for decoder, all_runs in runs.items():
-            rate = statistics.median(samples / run[0] for run in all_runs)
+            seconds, processor = [statistics.median(run[which] for run in all_runs) for which in (0, 1)]
             memory = max(run[2] for run in all_runs)
-            print(f"| {name} | {decoder} | {rate / 1e6:.1f} million | {rate / peer:.1f} | {memory:.0f} MB |", flush=True)
+            print(f"| {name} | {decoder} | {samples / seconds / 1e6:.1f} million | {peer[0] / seconds:.1f} "
+                  f"| {peer[1] / processor:.1f} | {memory:.0f} MB |", flush=True)
 
 
 def large(options):

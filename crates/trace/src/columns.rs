@@ -345,6 +345,7 @@ fn millivolts(cell: &[u8]) -> Option<u32> {
 }
 
 /// A word: at once in the two forms in which we write it, and else in any that there is.
+#[inline]
 fn word(cell: &[u8], style: Style) -> Option<u32> {
     let ours = match cell.strip_prefix(b"0x") {
         Some(digits) => digits.try_into().ok(),

@@ -281,13 +281,21 @@ impl<R: Read> Table<R> {
             return Ok(self.previous_ns.map_or(0, next));
         };
         let cell = self.record.get(index).unwrap_or_default().trim_ascii();
-        let natural = scale.natural(cell);
         // Most tables count from where they begin, and most times are whole numbers.
-        if let (Some(found), Some(previous_ns), true) = (natural, self.previous_ns, self.origin_ns == 0)
+        if let (Some(found), Some(previous_ns), true) =
+            (scale.natural(cell), self.previous_ns, self.origin_ns == 0)
             && found >= previous_ns
         {
             return Ok(found);
         }
+        self.other_time(index, scale)
+    }
+
+    /// Reads a time that is no whole number, or the first one, or not above the one before.
+    #[inline(never)]
+    fn other_time(&mut self, index: usize, scale: Scale) -> Result<u64, Misfit> {
+        let cell = self.record.get(index).unwrap_or_default().trim_ascii();
+        let natural = scale.natural(cell);
         let wrong = |problem| (Some(index), Problem::Table(problem));
         let text = head::unquoted(str::from_utf8(cell).unwrap_or_default());
         let may_be_both = self.commas == Commas::Decimal && matches!(scale, Scale::Unit(_));
@@ -328,6 +336,7 @@ impl<R: Read> Table<R> {
     }
 }
 
+#[inline]
 fn is_blank(record: &csv::ByteRecord) -> bool {
     // The first byte of the first cell that is not empty tells of nearly all rows.
     if record.as_slice().first().is_some_and(|byte| *byte != b'#' && !byte.is_ascii_whitespace()) {

@@ -300,6 +300,13 @@ fn a_mark_in_a_time_is_one_of_decimals_once_a_time_has_had_decimals() {
 }
 
 #[test]
+fn a_temperature_is_no_time() {
+    let table = "time_us;T [°C];IN\n5;21,5;00000000\n";
+    let rows = rows(table.as_bytes(), &TableLayout::default()).unwrap();
+    assert_eq!(rows.last().map(|row| row.time_ns), Some(5_000));
+}
+
+#[test]
 fn text_of_four_bytes_a_letter_is_refused_by_name() {
     for file in [&b"\xFF\xFE\0\0t\0\0\0"[..], b"\0\0\xFE\xFF\0\0\0t"] {
         let error = rows(file, &TableLayout::default()).unwrap_err().to_string();
@@ -344,14 +351,17 @@ fn a_row_of_units_may_stand_below_a_header_of_ours_too() {
 #[test]
 fn a_head_is_found_behind_many_lines_and_each_is_looked_at_once() {
     // As many lines as may stand before a header, of the kind that may be one.
-    let mut table = "out of order,a,b\nIN,OUT\n".repeat(99);
-    table += "Time [ms],IN\n0,000003E8\n";
+    let mut table = "out of order,a,b\nIN,OUT\n".repeat(100);
+    table += "Time,IN\n(ms),()\n0,000003E8\n";
     let mut reader = Reader::new("t.csv", table.as_bytes()).unwrap();
     let row = reader.next().unwrap().unwrap();
-    assert_eq!((row.line, row.time_ns), (200, 0));
+    assert_eq!((row.line, row.time_ns), (203, 0));
     let long = format!("{}\n", "IN,".repeat(300)).repeat(300);
-    let refused = Reader::new("t.csv", long.as_bytes()).unwrap_err();
-    assert_eq!(refused.line, 1, "{refused}");
+    let refused = Reader::new("t.csv", long.as_bytes()).unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "t.csv line 203: no header with in, out or value in the first 200 lines; delete those before it"
+    );
 }
 
 #[test]

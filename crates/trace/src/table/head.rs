@@ -10,8 +10,6 @@ use crate::columns::Column;
 use crate::error::Problem;
 
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
-/// The most lines before a header.
-pub(super) const LINES_MAX: usize = 200;
 /// The most names that a message lists.
 const LISTED: usize = 12;
 

@@ -2,11 +2,17 @@
 
 use std::io::Read;
 
-use super::head::{self, Head, LINES_MAX, Search, is_row};
+use super::head::{self, Head, Search, is_row};
 use super::layout::TableLayout;
-use crate::error::Error;
+use crate::error::{Error, Problem};
 use crate::lines::Lines;
 use crate::text::Text;
+
+/// The most lines before a header.
+const BEFORE_MAX: usize = 200;
+
+/// The header, its units, and the first row.
+const HEAD_MAX: usize = 3;
 
 /// A line that was looked at for the header.
 pub(crate) struct Seen {
@@ -38,7 +44,7 @@ pub(super) fn look<R: Read>(
                 return Ok((head, seen));
             }
         }
-        if seen.len() >= LINES_MAX || !has_head(&seen) {
+        if seen.len() >= BEFORE_MAX + HEAD_MAX || !has_head(&seen) {
             break None;
         }
         if !lines.advance_to_row()? {
@@ -48,6 +54,12 @@ pub(super) fn look<R: Read>(
     };
     if let Some(head) = found {
         return Ok((head, seen));
+    }
+    if seen.len() >= BEFORE_MAX + HEAD_MAX && columns.is_none() {
+        let problem = format!(
+            "no header with in, out or value in the first {BEFORE_MAX} lines; delete those before it"
+        );
+        return Err(lines.error(None, Problem::Table(problem)));
     }
     let texts: Vec<_> = seen.iter().map(|seen| seen.text.as_slice()).collect();
     let (at, problem) = head::missing(&texts, columns);

@@ -43,7 +43,10 @@ const FURTHER: [(&str, Meaning); 8] = [
 ];
 
 /// What others call a time.
-const TIMES: [&str; 5] = ["time", "timestamp", "t", "zeit", "zeitstempel"];
+const TIMES: [&str; 5] = ["time", "timestamp", "zeit", "zeitstempel", "t"];
+
+/// Those of them that mean a time whatever stands in brackets behind them.
+const LONG_TIMES: [&str; 4] = ["time", "timestamp", "zeit", "zeitstempel"];
 
 impl Meaning {
     /// Every name with what it means.
@@ -90,7 +93,10 @@ pub(super) fn recognise(name: &str) -> Recognised {
     let lower = name.trim().to_lowercase();
     let (stem, unit) = unit_apart(&lower);
     match unit {
-        None if TIMES.contains(&before_brackets(stem)) => return Recognised::As(Meaning::TimeAsNamed),
+        // T [°C] is no time.
+        None if TIMES.contains(&stem) || LONG_TIMES.contains(&before_brackets(stem)) => {
+            return Recognised::As(Meaning::TimeAsNamed);
+        }
         Some(unit) if TIMES.contains(&stem) => return Recognised::As(Meaning::Time(unit)),
         _ => {}
     }

@@ -112,10 +112,11 @@ impl Scale {
         if !matches!(cell.len(), 1..=9) {
             return None;
         }
-        let number = cell.iter().try_fold(0_u64, |number, byte| {
-            byte.is_ascii_digit().then(|| number * 10 + u64::from(byte - b'0'))
-        })?;
-        Some(number * unit.ns())
+        let (number, is_number) = cell.iter().fold((0, true), |(number, is_number), byte| {
+            let digit = byte.wrapping_sub(b'0');
+            (number * 10 + u64::from(digit), is_number & (digit < 10))
+        });
+        is_number.then(|| number * unit.ns())
     }
 
     /// What a time of this scale is, to follow "is not".
