@@ -63,8 +63,9 @@ impl WebAccess {
         if let (false, Some(address)) = (is_local, address) {
             if token.is_none() {
                 return Err(bad_input(format!(
-                    "--web {address}: others reach this address, so the page must ask for a token; name its file with \
-                     --web-token-file FILE, or name 127.0.0.1"
+                    "--web: others reach {}, so the page must ask for a token; name its file with --web-token-file \
+                     FILE, or name 127.0.0.1",
+                    address.ip()
                 )));
             }
             note(&format!(

@@ -476,8 +476,8 @@ fn what_cannot_be_done_is_said_in_one_line_and_nothing_is_written() {
         (taken.as_str(), format!("--web {taken}: the port is in use; choose another, or 0 for any")),
         (
             "0.0.0.0:0",
-            "--web 0.0.0.0:0: the page asks nobody for a password, so it is served to this machine only; name \
-             127.0.0.1"
+            "--web: others reach 0.0.0.0, so the page must ask for a token; name its file with --web-token-file FILE, \
+             or name 127.0.0.1"
                 .to_owned(),
         ),
     ] {
