@@ -52,19 +52,20 @@ impl Places {
         let Part { rows, points, circle, .. } = *part;
         self.remember_pauses(part);
         while let Some(known) = self.known.first().copied() {
-            let time_ns = known.time_ns.cast_signed();
+            let time_ns = i64::try_from(known.time_ns).unwrap_or(i64::MAX);
             let behind = points.partition_point(|point| point.time_ns < time_ns);
             if behind == points.len() && !is_last {
                 break;
             }
-            let off = |at: &usize| points.get(*at).map_or(i64::MAX, |point| (point.time_ns - time_ns).abs());
+            let off = |at: &usize| points.get(*at).map_or(u64::MAX, |point| point.time_ns.abs_diff(time_ns));
             let Some(at) = [behind.saturating_sub(1), behind].into_iter().min_by_key(off) else { break };
             let Some(point) = points.get(at).copied() else { break };
             if point.row >= part.range.end {
                 break;
             }
             self.known.remove(0);
-            if (point.time_ns - time_ns).abs() > NEAR_NS.max(part.period_ns * NEAR_ROWS) {
+            let near = NEAR_NS.max(part.period_ns.saturating_mul(NEAR_ROWS)).unsigned_abs();
+            if point.time_ns.abs_diff(time_ns) > near {
                 self.missed.push(known);
                 continue;
             }
@@ -72,11 +73,13 @@ impl Places {
             let was = self.last.replace((known, off));
             let Some((before, was_off)) = was else { continue };
             let apart = way(circle, was_off, off);
-            if apart.abs() <= KNOWN_NEAR + most_step(part, at) {
+            if apart.saturating_abs() <= KNOWN_NEAR + most_step(part, at) {
                 continue;
             }
-            let evidence =
-                format!("{} steps further from the known place than at the one before", apart.abs());
+            let evidence = format!(
+                "{} steps further from the known place than at the one before",
+                apart.saturating_abs()
+            );
             let between = before.time_ns.cast_signed()..=known.time_ns.cast_signed();
             let pause = self
                 .pauses

@@ -1,6 +1,6 @@
 use encoring_words::{Model, Parameter, ParameterSet, gray};
 
-use crate::{ActiveValues, Conclusion, Detector, JumpCause, Options, Sample, Sighting};
+use crate::{ActiveValues, Conclusion, Detector, JumpCause, KnownPlace, Options, Sample, Sighting};
 
 /// What is concluded of words that came each millisecond.
 fn concluded(words: impl IntoIterator<Item = u32>) -> Conclusion {
@@ -75,7 +75,7 @@ fn positions_that_begin_again_are_a_wrap() {
 #[test]
 fn a_zero_that_was_lost_shows_by_a_known_place_before_a_pause_and_one_behind_it() {
     let known = [(100, 1_000), (900, 1_000)]
-        .map(|(ms, steps)| crate::KnownPlace { time_ns: ms * 1_000_000, steps })
+        .map(|(ms, steps)| KnownPlace { time_ns: ms * 1_000_000, steps })
         .to_vec();
     let mut detector = Detector::new(Options { known, ..Options::default() });
     for k in 0..1_000_u64 {
@@ -166,4 +166,16 @@ fn rows_that_are_in_another_code_for_a_while_are_followed_to_where_they_are_back
         [JumpCause::BinaryAsGray],
         "{found:?}"
     );
+}
+
+#[test]
+fn a_known_place_at_the_end_of_all_times_is_told_as_one_that_no_row_is_near() {
+    let known = vec![KnownPlace { time_ns: u64::MAX, steps: i64::MAX }];
+    let mut detector = Detector::new(Options { known, ..Options::default() });
+    for k in 0..100_u64 {
+        let reading = Sighting::Word(1_000);
+        detector.sample(Sample { line: k + 2, time_ns: k * 1_000_000, position: 0, out: None, reading });
+    }
+    let limits = detector.finish().limits;
+    assert!(limits.iter().any(|limit| limit.contains("was not compared")), "{limits:?}");
 }

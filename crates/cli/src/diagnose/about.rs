@@ -93,6 +93,9 @@ fn of_day(time: &str, hours: &str, minutes: &str, seconds: &str) -> Result<Durat
             ));
         }
     }
+    if decimals.len() > 9 {
+        return Err(format!("{time}: {decimals} has more digits than nanoseconds, 9"));
+    }
     span(&format!("{hours}h {minutes}m {whole}s {decimals:0<9}ns"))
 }
 

@@ -201,9 +201,13 @@ fn a_known_place_that_no_row_is_near_is_told_and_no_time_of_the_day_is_refused()
         limits.contains("the known place 1000 at 90 s was not compared: no row is near that time"),
         "{limits}"
     );
-    let wrong = ["diagnose", "-", "--known", "12:61 = 3"];
-    let Run { code, err, .. } = encoring(&wrong, b"");
-    assert_eq!((code, err.contains("12:61: 61 is above 59")), (Some(2), true), "{err}");
+    for (known, said) in [
+        ("12:61 = 3", "12:61: 61 is above 59"),
+        ("12:00:00.1234567890 = 3", "1234567890 has more digits than nanoseconds, 9"),
+    ] {
+        let Run { code, err, .. } = encoring(&["diagnose", "-", "--known", known], b"");
+        assert_eq!((code, err.contains(said)), (Some(2), true), "{err}");
+    }
 }
 
 #[test]
