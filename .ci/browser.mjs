@@ -1,12 +1,13 @@
 // The page as people use it, in Chromium: node browser.mjs PROGRAM TOOLS PICTURES.
 //
-// The worked example by mouse and by keyboard alone, a broken segment, a shaft that is dragged, a lesson, and every
-// view in two languages, two themes and two widths. Nothing may be said on the console, asked of another place, or be
+// The worked example by mouse and by keyboard alone, a broken segment, a shaft that is dragged, the five lessons, a
+// recording that is dropped, a ring behind a gateway, a page behind a token, and every view in two languages, two themes
+// and two widths. Nothing may be said on the console, asked of another place, or be
 // wider than the screen, and what the page shows is what the API says.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { readFileSync } from "node:fs";
+import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { resolve } from "node:path";
 import { createInterface } from "node:readline";
@@ -21,23 +22,25 @@ const EXAMPLE = [[2, 9999], [3, 10], [9, 1]];
 
 const problems = [];
 
-/** A ring of its own for a part of the test. */
-async function ring(part) {
-  const sim = spawn(program, ["sim", "--format", "json", "--modbus", "off", "--web", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
+/** A program that runs while a part of the test does; it gets what its first line says, and the program. */
+async function running(command, part) {
+  const started = spawn(program, [...command, "--format", "json"], { stdio: ["ignore", "pipe", "inherit"] });
   try {
-    const [line] = await new Promise((done, failed) => {
-      const lines = createInterface({ input: sim.stdout });
-      lines.once("line", (first) => done([first]));
-      sim.once("exit", () => failed(new Error("the simulation has ended")));
+    const line = await new Promise((done, failed) => {
+      createInterface({ input: started.stdout }).once("line", done);
+      started.once("exit", () => failed(new Error(`${command[0]} has ended`)));
     });
-    await part(`http://${JSON.parse(line).web}`);
+    await part(JSON.parse(line), started);
   } finally {
-    sim.kill();
+    started.kill();
   }
 }
 
+/** A ring of its own for a part of the test. */
+const ring = (part) => running(["sim", "--modbus", "off", "--web", "127.0.0.1:0"], ({ web }) => part(`http://${web}`));
+
 /** A page that is looked at for everything that it must not do. */
-async function open(browser, base, { width = 1440, language = "en", theme = "light" } = {}) {
+async function open(browser, base, { width = 1440, language = "en", theme = "light", expected = [] } = {}) {
   const context = await browser.newContext({ viewport: { width, height: 900 } });
   await context.addInitScript(([language, theme]) => {
     localStorage.setItem("language", language);
@@ -46,7 +49,7 @@ async function open(browser, base, { width = 1440, language = "en", theme = "lig
   const page = await context.newPage();
   page.setDefaultTimeout(60_000);
   const note = (what) => problems.push(`${language} ${theme} ${width} ${page.url()}: ${what}`);
-  page.on("console", (message) => ["error", "warning"].includes(message.type()) && note(message.text()));
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && !expected.some((text) => message.text().includes(text)) && note(message.text()));
   page.on("pageerror", (error) => note(error.stack));
   page.on("request", (request) => !request.url().startsWith(base) && !request.url().startsWith("blob:") && note(`asks ${request.url()}`));
   return page;
@@ -186,24 +189,232 @@ async function dragged(browser, base) {
   await page.context().close();
 }
 
+/** Presses something: by mouse, or with the keyboard alone. */
+const BY = {
+  mouse: { press: (page, selector) => page.click(selector), choose: (page, selector, value) => page.selectOption(selector, value), write: (page, selector, text) => page.fill(selector, text) },
+  keyboard: {
+    async press(page, selector) {
+      await page.evaluate(() => document.activeElement.blur());
+      await tab_to(page, selector);
+      await page.keyboard.press("Enter");
+    },
+    async choose(page, selector, value) {
+      await page.evaluate(() => document.activeElement.blur());
+      await tab_to(page, selector);
+      for (let k = 0; k < 40 && (await page.inputValue(selector)) !== value; k += 1) await page.keyboard.press(k < 20 ? "ArrowUp" : "ArrowDown");
+      assert.equal(await page.inputValue(selector), value);
+    },
+    async write(page, selector, text) {
+      await page.evaluate(() => document.activeElement.blur());
+      await tab_to(page, selector);
+      await page.keyboard.press("Control+A");
+      await page.keyboard.type(text);
+    },
+  },
+};
+
+const requested = (page) => page.waitForFunction(() => Number.parseInt(document.querySelector("#in").textContent, 16) >= 0x80000000);
+const ended = (page) => page.waitForFunction(() => Number.parseInt(document.querySelector("#in").textContent, 16) < 0x80000000);
+
+/** What a trainee does in each lesson, once its view is open. */
+const DONE = {
+  async service(page, { press, choose, write }) {
+    await choose(page, "#service", "2");
+    await write(page, "#data", "9999");
+    await press(page, "#step1");
+    await until(page, "#out", "4200270F");
+    await press(page, "#step2");
+    await requested(page);
+    await press(page, "#step4");
+    await ended(page);
+  },
+  async torn(page, by) {
+    await by.choose(page, "#service", "2");
+    await by.write(page, "#data", "5000");
+    await by.press(page, "#step2");
+    await requested(page);
+    await by.press(page, "#step4");
+    await ended(page);
+    await DONE.service(page, by);
+  },
+  async check(page, { press, choose, write }) {
+    for (const [service, value] of EXAMPLE) {
+      await choose(page, "#service", String(service));
+      await choose(page, "#access", "write");
+      await write(page, "#data", String(value));
+      await press(page, "#go");
+      await until(page, "#answer", `= ${value.toString(16).toUpperCase().padStart(6, "0")}h`);
+    }
+    await choose(page, "#service", "2");
+    await choose(page, "#access", "read");
+    await press(page, "#go");
+    await until(page, "#answer", "00270Fh");
+    await choose(page, "#service", "8");
+    await press(page, "#go");
+    await until(page, "#answer", "000000h");
+  },
+  async preset(page, { press, choose, write }) {
+    await choose(page, "#service", "6");
+    await write(page, "#data", "1000");
+    await press(page, "#go");
+    await until(page, "#answer", "0003E8h");
+    await write(page, "#word", "86000000");
+    await press(page, "#write");
+    await requested(page);
+    await write(page, "#word", "00000000");
+    await press(page, "#write");
+    await ended(page);
+  },
+};
+
+/** The lessons on one page, in their order: a later one finds what the earlier ones have left. */
+async function lessons(browser, base, by) {
+  const page = await open(browser, base);
+  for (const [name, do_it] of Object.entries(DONE)) {
+    await page.goto(`${base}/#lessons`);
+    await page.waitForSelector(`[data-card="${name}"]`);
+    await by.press(page, `[data-lesson="${name}"]`);
+    await until(page, `[data-card="${name}"]`, "Running.");
+    await by.press(page, `[data-card="${name}"] a`);
+    await page.waitForSelector("#service");
+    // Where the encoder stands still, a preset is what it says.
+    await do_it(page, by);
+    await page.goto(`${base}/#lessons`);
+    await until(page, `[data-card="${name}"]`, "Passed.");
+    const open_goals = await page.locator(`[data-card="${name}"] li:not(.done)`).count();
+    assert.equal(open_goals, 0, name);
+  }
+  await page.screenshot({ path: `${pictures}/lessons-passed.png`, fullPage: true });
+  await page.context().close();
+}
+
+const lessons_by_mouse = (browser, base) => lessons(browser, base, BY.mouse);
+const lessons_by_keyboard = (browser, base) => lessons(browser, base, BY.keyboard);
+
+/** A log in which one bit is wrong in one row. */
+const log = () => "time_us,in\n" + Array.from({ length: 400 }, (_, k) => `${k * 1000},${(k === 200 ? (1000 + 10 * k) ^ (1 << 20) : 1000 + 10 * k).toString(16).toUpperCase().padStart(8, "0")}\n`).join("");
+
+async function dropped(browser, base) {
+  const page = await open(browser, base, { expected: ["status of 400"] });
+  await page.goto(`${base}/#diagnosis`);
+  await page.setInputFiles("#recording", { name: "axis.csv", mimeType: "text/csv", buffer: Buffer.from(log()) });
+  await page.waitForSelector('[data-cause="single_bit"]');
+  await until(page, '[data-cause="single_bit"]', "line 202");
+  const wide = await page.waitForFunction(() => document.querySelector(".picture")?.naturalWidth);
+  assert.ok((await wide.jsonValue()) > 100);
+  await page.screenshot({ path: `${pictures}/diagnosis.png`, fullPage: true });
+  // Dropped, as a mouse does it.
+  const wrong = await page.evaluateHandle(() => {
+    const data = new DataTransfer();
+    data.items.add(new File(["time_us,in\n0,XYZ\n"], "wrong.csv", { type: "text/csv" }));
+    return data;
+  });
+  await page.dispatchEvent("#drop", "drop", { dataTransfer: wrong });
+  await until(page, "#diagnosis-said", "wrong.csv line 2");
+  await page.context().close();
+}
+
+/** A ring behind a gateway: read only, then with every write asked for, then without a gateway. */
+async function behind_a_gateway(browser) {
+  await running(["sim", "--web", "off", "--modbus", "127.0.0.1:0"], async ({ modbus }, sim) => {
+    const serve = ["serve", "--web", "127.0.0.1:0", "--bus", `modbus-tcp://${modbus}?status=holding:900&parameter=holding:901`, "--at", "0-2", "--model", "la-66,ce-100-m,ce-65-m"];
+    await running(serve, async ({ web }) => {
+      const base = `http://${web}`;
+      const page = await open(browser, base);
+      await page.goto(`${base}/#handshake/1`);
+      await page.waitForSelector("#only-shows");
+      assert.ok(await page.isDisabled("#go"));
+      await page.context().close();
+      for (const language of ["en", "de"]) {
+        for (const width of [360, 1440]) {
+          const page = await open(browser, base, { language, width, theme: language === "en" ? "light" : "dark" });
+          for (const view of ["ring", "encoder/2", "handshake/1", "trend/1", "diagnosis"]) await sound(page, base, view, `serve-${view.replace("/", "-")} ${language} ${width}`);
+          await page.context().close();
+        }
+      }
+    });
+    await running([...serve, "--allow-control"], async ({ web }) => {
+      const base = `http://${web}`;
+      const page = await open(browser, base);
+      await page.goto(`${base}/#ring`);
+      await until(page, "#strip", "a real ring");
+      assert.equal(await page.locator('nav a[href="#lessons"]').count(), 0);
+      await page.goto(`${base}/#handshake/1`);
+      await page.selectOption("#service", "2");
+      await page.fill("#data", "9999");
+      await page.click("#go");
+      await page.waitForSelector("dialog[open]");
+      await until(page, "#question", modbus);
+      await page.screenshot({ path: `${pictures}/asked.png` });
+      await page.keyboard.press("Escape");
+      await page.waitForSelector("dialog", { state: "detached" });
+      const before = await (await fetch(`${base}/api/history?position=1`)).json();
+      assert.deepEqual(before.changes, [], "what was not agreed to was not done");
+      await page.click("#go");
+      await page.click('[data-do="agree"]');
+      await until(page, "#answer", "00270Fh");
+      await page.waitForFunction(() => document.querySelectorAll("#history tr").length >= 2);
+      await page.screenshot({ path: `${pictures}/serve-handshake.png`, fullPage: true });
+      sim.kill();
+      await until(page, "#strip", "no connection to the ring");
+      await page.goto(`${base}/#ring`);
+      await until(page, "#link", "connection refused");
+      await page.screenshot({ path: `${pictures}/serve-down.png`, fullPage: true });
+      await page.context().close();
+    });
+  });
+}
+
+async function behind_a_token(browser) {
+  const token = "a-token-of-the-browser-1";
+  const file = `${pictures}/token`;
+  writeFileSync(file, `${token}\n`);
+  await running(["sim", "--modbus", "off", "--web", "127.0.0.1:0", "--web-token-file", file], async ({ web }) => {
+    const base = `http://${web}`;
+    const page = await open(browser, base, { expected: ["status of 401"] });
+    await page.goto(base);
+    await page.waitForSelector("#login");
+    await page.screenshot({ path: `${pictures}/login.png` });
+    await page.keyboard.type("a-wrong-token-1234");
+    await page.keyboard.press("Enter");
+    await until(page, "#login", "wrong");
+    await page.keyboard.press("Control+A");
+    await page.keyboard.type(token);
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("[data-device]");
+    await page.waitForFunction(() => document.querySelectorAll("#strip span").length > 3);
+    const [cookie] = await page.context().cookies();
+    assert.deepEqual([cookie.httpOnly, cookie.sameSite, cookie.value], [true, "Strict", token]);
+    assert.ok(!page.url().includes(token));
+    assert.equal(await page.evaluate(() => document.cookie), "");
+    await page.reload();
+    await page.waitForSelector("[data-device]");
+    await page.context().close();
+  });
+}
+
+/** A view without anything that must not be: checked and pictured. */
+async function sound(page, base, view, name) {
+  await page.goto(`${base}/#${view}`);
+  await page.waitForSelector("main h2");
+  await page.waitForFunction(() => document.querySelectorAll("#strip span").length > 3);
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  if (wider > 0) problems.push(`${name}: ${wider} pixels wider than the screen`);
+  await page.evaluate(axe);
+  const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+  for (const { id, impact, nodes } of found.violations) {
+    if (["serious", "critical"].includes(impact)) problems.push(`${name}: ${id}: ${nodes.map((node) => node.html.slice(0, 120)).join(" | ")}`);
+  }
+  await page.screenshot({ path: `${pictures}/${name.replaceAll(" ", "-")}.png`, fullPage: true });
+}
+
 async function every_view(browser, base) {
   for (const language of ["en", "de"]) {
     for (const theme of ["light", "dark"]) {
       for (const width of [360, 1440]) {
         const page = await open(browser, base, { width, language, theme });
-        for (const view of ["ring", "encoder/0", "encoder/2", "handshake/1", "trend/1", "lessons"]) {
-          await page.goto(`${base}/#${view}`);
-          await page.waitForSelector("main h2");
-          await page.waitForFunction(() => document.querySelectorAll("#strip span").length > 3);
-          const name = `${view.replace("/", "-")} ${language} ${theme} ${width}`;
-          const wider = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
-          if (wider > 0) problems.push(`${name}: ${wider} pixels wider than the screen`);
-          await page.evaluate(axe);
-          const found = await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-          for (const { id, impact, nodes } of found.violations) {
-            if (["serious", "critical"].includes(impact)) problems.push(`${name}: ${id}: ${nodes.map((node) => node.html.slice(0, 120)).join(" | ")}`);
-          }
-          await page.screenshot({ path: `${pictures}/${name.replaceAll(" ", "-")}.png`, fullPage: true });
+        for (const view of ["ring", "encoder/0", "encoder/2", "handshake/1", "trend/1", "diagnosis", "lessons"]) {
+          await sound(page, base, view, `${view.replace("/", "-")} ${language} ${theme} ${width}`);
         }
         await page.context().close();
       }
@@ -216,9 +427,11 @@ const browser = await chromium.launch({
   args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"],
 });
 try {
-  for (const part of [by_mouse, by_keyboard, broken_segment_and_lesson, dragged, every_view]) {
+  const on_a_ring = [by_mouse, by_keyboard, broken_segment_and_lesson, dragged, dropped, lessons_by_mouse, lessons_by_keyboard, every_view];
+  const alone = [behind_a_gateway, behind_a_token];
+  for (const part of [...on_a_ring, ...alone]) {
     const began = performance.now();
-    await ring((base) => part(browser, base));
+    await (alone.includes(part) ? part(browser) : ring((base) => part(browser, base)));
     console.log(`${part.name}: ${((performance.now() - began) / 1000).toFixed(1)} s`);
   }
 } finally {
