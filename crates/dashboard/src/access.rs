@@ -230,7 +230,7 @@ mod tests {
         assert_eq!("short".parse::<WebToken>().unwrap_err(), NotAToken::Length { chars: 5 });
         assert_eq!("x".repeat(257).parse::<WebToken>().unwrap_err(), NotAToken::Length { chars: 257 });
         for wrong in
-            ["correct;horse;battery", "correct horse battery", "correct\"horse\"bat", "größer-größer"]
+            ["correct;horse;battery", "correct horse battery", "correct\"horse\"bat", "größer-größer-größer"]
         {
             assert!(matches!(wrong.parse::<WebToken>(), Err(NotAToken::Character { .. })), "{wrong}");
         }

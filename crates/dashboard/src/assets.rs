@@ -26,6 +26,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/main.js", "js/main.js", "text/javascript; charset=utf-8"),
     asset!("/js/ask.js", "js/ask.js", "text/javascript; charset=utf-8"),
     asset!("/js/diagnosis.js", "js/diagnosis.js", "text/javascript; charset=utf-8"),
+    asset!("/js/connectors.js", "js/connectors.js", "text/javascript; charset=utf-8"),
     asset!("/js/login.js", "js/login.js", "text/javascript; charset=utf-8"),
     asset!("/js/api.js", "js/api.js", "text/javascript; charset=utf-8"),
     asset!("/js/dom.js", "js/dom.js", "text/javascript; charset=utf-8"),

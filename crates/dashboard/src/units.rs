@@ -24,6 +24,25 @@ struct UnitView {
     /// Whether programmed values count at once, without a data check.
     at_once: bool,
     services: Vec<ServiceView>,
+    connectors: Vec<ConnectorView>,
+    /// The two pins that a plug must join so that the next device is found.
+    jumper: Option<JumperView>,
+    supply_mv: Option<(u32, u32)>,
+}
+
+/// A connector, as its manual has it.
+#[derive(Serialize)]
+struct ConnectorView {
+    name: &'static str,
+    /// Signals by pin, from 1.
+    pins: &'static [&'static str],
+}
+
+/// Where the jumper for the next device is.
+#[derive(Serialize)]
+struct JumperView {
+    connector: &'static str,
+    pins: (u8, u8),
 }
 
 /// A service that its manual lists.
@@ -43,6 +62,7 @@ impl UnitView {
             Some(Sensor::Linear { rod_um }) => (None, Some(rod_um)),
             None => (None, None),
         };
+        let sheet = model.data_sheet();
         let services = model.services().iter().map(|listed| ServiceView {
             number: listed.service.number(),
             read: listed.allowed != Allowed::Writing,
@@ -66,6 +86,15 @@ impl UnitView {
             gray: model.position_may_be_gray(),
             at_once: model.effect() == Effect::AtOnce,
             services: services.collect(),
+            connectors: sheet
+                .connectors
+                .iter()
+                .map(|at| ConnectorView { name: at.name, pins: at.pins })
+                .collect(),
+            jumper: sheet
+                .next_device_jumper
+                .map(|(connector, from, to)| JumperView { connector, pins: (from, to) }),
+            supply_mv: sheet.supply.map(|supply| supply.millivolts),
         }
     }
 }

@@ -119,8 +119,8 @@ pub struct ChangesSince {
     pub changes: Vec<WordChange>,
 }
 
-/// What is kept. Clones show the same.
-#[derive(Clone, Debug)]
+/// What is kept. Clones show the same. The default is of no encoder.
+#[derive(Clone, Debug, Default)]
 pub struct WordHistory(Arc<Mutex<Vec<Changes>>>);
 
 /// Those of one encoder.

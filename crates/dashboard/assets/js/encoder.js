@@ -1,6 +1,7 @@
 // One encoder: its shaft or rod to be moved by hand, what surrounds it, and what it makes of that.
 
 import { newest } from "./api.js";
+import { connectors } from "./connectors.js";
 import { attribute, h, put, s, toggle } from "./dom.js";
 import { worth } from "./ring.js";
 import { number, span, t } from "./texts.js";
@@ -200,13 +201,15 @@ function ssi(context, set) {
 function sheet({ unit }) {
   const services = unit.services.map(({ number: service, read, write, range }) => {
     const access = [read ? t("access.read") : null, write ? t("access.write") : null].filter(Boolean).join(", ");
-    return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", {}, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
+    return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", { class: "whole" }, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
   });
   const said = (value) => (value == null ? "?" : number(value));
-  const kind = unit.kind === "rotary" ? t("sheet.rotary", { steps: said(unit.steps_per_turn) }) : t("sheet.linear", { mm: said(unit.rod_um == null ? null : unit.rod_um / 1000) });
+  const kind = unit.kind === "rotary" ? t(unit.steps_per_turn == null ? "sheet.rotary.unknown" : "sheet.rotary", { steps: said(unit.steps_per_turn) }) : t(unit.rod_um == null ? "sheet.linear.unknown" : "sheet.linear", { mm: said(unit.rod_um == null ? null : unit.rod_um / 1000) });
   return h("section", { class: "card double" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
     unit.firmware == null ? null : h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })),
-    h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("tbody", {}, services))), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
+    h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("tbody", {}, services))),
+    unit.supply_mv == null ? null : h("p", { class: "small" }, t("sheet.supply", { from: number(unit.supply_mv[0] / 1000), to: number(unit.supply_mv[1] / 1000) })),
+    connectors(unit), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
 }
 
 /** An encoder behind a bus: what its word is worth, and what nobody can judge. */

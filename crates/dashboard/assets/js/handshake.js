@@ -195,7 +195,7 @@ function referee(context) {
       if (is === drawn) return;
       drawn = is;
       const lines = found == null ? [h("li", { class: "soft" }, t("referee.off"))]
-        : found.length === 0 ? [h("li", { class: "good" }, t("referee.good", { services: number(judged.services) }))]
+        : found.length === 0 ? [h("li", { class: "good" }, context.polled ? t("referee.polled") : t("referee.good", { services: number(judged.services) }))]
           : found.map(({ rule, verdict, severity, count, statement }) => h("li", {}, h("span", { class: severity === "error" ? "bad" : "warn" }, t(`broken.${rule}`)), " ",
             h("span", { class: "small soft" }, t("referee.count", { verdict: t(`verdict.${verdict}`), count: number(count), statement })),
             h("p", { class: "small", "data-advice": rule }, t(`advice.${rule}`))));

@@ -1,6 +1,7 @@
 // The ring: master, segments, encoders with their lamps, and what the master says of it.
 
 import { happened } from "./api.js";
+import { connectors, jumper_text } from "./connectors.js";
 import { attribute, h, put, toggle } from "./dom.js";
 import { number, span, t } from "./texts.js";
 
@@ -39,7 +40,9 @@ function master(context) {
     element,
     update({ ring }) {
       if (ring.diagnosis.status == null) {
-        put(parameter, t("master.untold"));
+        put(parameter, ring.link?.up === false ? "-" : t("master.untold"));
+        [status, names].forEach((line) => put(line, ""));
+        attribute(parameter, "class", null);
         return;
       }
       put(status, t("registers", { ...ring.diagnosis, parameter: ring.diagnosis.parameter ?? "----" }));
@@ -93,12 +96,12 @@ function device(context, unit) {
   const value = h("p", { class: "big mono", "data-value": position });
   const said = h("p", { class: "small" });
   const supply = h("button", {}, t("supply"));
-  const jumper = h("button", {}, t("jumper"));
+  const jumper = h("button", { title: jumper_text(unit) }, t("jumper"));
   const chip = h("button", {}, t("chip"));
   [supply, jumper, chip].forEach((button) => { button.disabled = !context.may_change; });
   const element = h("section", { class: "card", "data-device": position, "aria-label": t("encoder.at", { position, title: unit.title }) },
     h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))),
-    h("div", { class: "lamps" }, lamps), value, said, h("div", { class: "row" }, supply, jumper, chip),
+    h("div", { class: "lamps" }, lamps), value, said, h("div", { class: "row" }, supply, jumper, chip), connectors(unit),
     h("p", { class: "small" }, h("a", { href: `#handshake/${position}` }, t("view.handshake"))));
   let seen = null;
   supply.addEventListener("click", () => set({ supply_v: seen?.on ? 0 : 24 }));
@@ -132,9 +135,9 @@ function seen_device(unit) {
   const { position } = unit;
   const value = h("p", { class: "big mono", "data-value": position });
   const verdict = h("p", { "data-verdict": position });
-  const words = h("p", { class: "small mono" });
+  const [out, input] = [h("p", { class: "small mono" }), h("p", { class: "small mono" })];
   const element = h("section", { class: "card", "data-device": position, "aria-label": t("encoder.at", { position, title: unit.title }) },
-    h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))), value, verdict, words,
+    h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))), value, verdict, out, input,
     h("p", { class: "small" }, h("a", { href: `#handshake/${position}` }, t("view.handshake"))));
   return {
     element,
@@ -143,7 +146,8 @@ function seen_device(unit) {
       put(value, seen.value == null ? "-" : number(seen.value));
       put(verdict, t(`worth.${seen.verdict}`));
       attribute(verdict, "class", worth(seen.verdict));
-      put(words, `OUT ${seen.out ?? "-"}  IN ${seen.in ?? "-"}`);
+      put(out, `OUT ${seen.out ?? "-"}`);
+      put(input, `IN  ${seen.in ?? "-"}`);
     },
   };
 }
@@ -184,7 +188,7 @@ function polled_view(context, parts, item, ring, rows) {
   ring.append(h("li", {}, parts[0].element), ...rows);
   const link = h("p", { id: "link" });
   const element = h("div", {}, h("h2", {}, t("view.ring")), h("p", { class: "soft" }, t("ring.polled", { bus: context.about.bus })), link,
-    h("div", { class: "card" }, ring), h("div", { class: "grid" }, told.element));
+    h("div", { class: "card loose" }, ring), h("div", { class: "grid" }, told.element));
   return {
     element,
     update: (state) => {

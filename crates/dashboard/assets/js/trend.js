@@ -5,7 +5,7 @@ import { number, t } from "./texts.js";
 
 /** So many samples are kept of each encoder: five minutes of the fastest frames. */
 const KEPT = 6000;
-const SPANS = [10, 60, 300];
+const SPANS = [1, 3, 10, 60, 300];
 const samples = [];
 const marks = [];
 
@@ -70,9 +70,9 @@ function curve(pen, points, [x, y], stroke) {
 export function create(context) {
   const list = samples[context.position] ?? [];
   const canvas = h("canvas", { role: "img", "aria-label": t("trend.canvas"), id: "trend" });
-  let seconds = SPANS[0];
+  let seconds = 10;
   let held = null;
-  const spans = h("select", { id: "span", onchange: (event) => { seconds = Number(event.target.value); draw(); } }, SPANS.map((span) => h("option", { value: span }, t("trend.span", { seconds: span }))));
+  const spans = h("select", { id: "span", onchange: (event) => { seconds = Number(event.target.value); draw(); } }, SPANS.map((span) => h("option", { value: span, selected: span === seconds }, t("trend.span", { seconds: span }))));
   const hold = h("button", { onclick: () => { held = held == null ? list.at(-1)?.time ?? null : null; put(hold, t(held == null ? "trend.hold" : "trend.go")); draw(); } }, t("trend.hold"));
   const said = h("p", { class: "small mono" });
   let length = null;
