@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use encoring_host::referee::{Finding, HandshakeRule, Observed, Referee, Vantage};
-use encoring_words::Model;
+use encoring_host::referee::{Finding, HandshakeRule, Observed, Referee, Vantage, WITHDRAWAL};
+use encoring_words::{Duration, Model};
 
 /// A referee for each ring position of which something was seen.
 #[derive(Clone, Debug)]
@@ -12,6 +12,7 @@ pub struct Referees {
     /// The model where none is known of a position.
     model: Option<Model>,
     models: BTreeMap<u8, Model>,
+    withdrawal: Duration,
     each: BTreeMap<u8, Referee>,
 }
 
@@ -19,12 +20,17 @@ impl Referees {
     /// Referees that have seen nothing. Where no model is known of a position it is `model`.
     #[must_use]
     pub const fn new(vantage: Vantage, model: Option<Model>) -> Self {
-        Self { vantage, model, models: BTreeMap::new(), each: BTreeMap::new() }
+        Self { vantage, model, models: BTreeMap::new(), withdrawal: WITHDRAWAL, each: BTreeMap::new() }
     }
 
     /// Says which model is at a position, before anything was seen of it.
     pub fn place(&mut self, position: u8, model: Model) {
         self.models.insert(position, model);
+    }
+
+    /// After so long a request without a reply may be dropped, if nothing was seen yet.
+    pub const fn allow_withdrawal(&mut self, after: Duration) {
+        self.withdrawal = after;
     }
 
     /// They look from there, if nothing was seen yet.
@@ -38,8 +44,8 @@ impl Referees {
             self.vantage = Vantage::Writes;
             self.each.values_mut().for_each(Referee::sees_writes);
         }
-        let (vantage, models, model) = (self.vantage, &self.models, self.model);
-        let new = || Referee::new(vantage, models.get(&position).copied().or(model));
+        let (vantage, model) = (self.vantage, self.models.get(&position).copied().or(self.model));
+        let new = || Referee::new(vantage, model).with_withdrawal(self.withdrawal);
         self.each.entry(position).or_insert_with(new).observe(seen);
     }
 

@@ -9,9 +9,9 @@ use clap::{Args, ValueEnum};
 use encoring_bus::Referees;
 use encoring_host::referee::Vantage;
 use encoring_station::FindingView;
-use encoring_words::Model;
+use encoring_words::{Duration, Model};
 
-use crate::arguments::{Output, TableArguments};
+use crate::arguments::{Output, TableArguments, span};
 use crate::interrupt::Interrupt;
 use crate::output::{Answer, Failure, note, page};
 
@@ -49,6 +49,10 @@ pub(crate) struct Arguments {
     /// Where a table of another program was taken [default: c with a column `line`, else p]
     #[arg(long, value_name = "VANTAGE")]
     seen_from: Option<SeenFrom>,
+
+    /// After so long without a reply a program may give up a request: a note, no error
+    #[arg(long, value_name = "TIME", default_value = "1s", value_parser = span)]
+    withdrawn_after: Duration,
 
     #[command(flatten)]
     output: Output,

@@ -29,8 +29,8 @@ use self::habits::Habits;
 use self::limits::NEVER;
 use self::movement::Movement;
 use self::preparation::Preparations;
-use self::rule::{BUS_RESET, ERROR_SEEN, WITHDRAWAL};
-pub use self::rule::{HandshakeRule, ORDER, RULES, RuleCertainty, Severity, Vantage};
+use self::rule::{BUS_RESET, ERROR_SEEN};
+pub use self::rule::{HandshakeRule, ORDER, RULES, RuleCertainty, Severity, Vantage, WITHDRAWAL};
 
 /// How a cycle went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,6 +120,7 @@ struct ErrorSeen {
 pub struct Referee {
     vantage: Vantage,
     model: Option<Model>,
+    withdrawal: Duration,
     /// When the observation before was made.
     before: Instant,
     now: Instant,
@@ -156,6 +157,7 @@ impl Referee {
         Self {
             vantage,
             model,
+            withdrawal: WITHDRAWAL,
             before: Instant::ZERO,
             now: Instant::ZERO,
             due: NEVER,
@@ -178,6 +180,14 @@ impl Referee {
             input_seen: false,
             line_seen: false,
         }
+    }
+
+    /// The same for a program that gives up after another time than [`WITHDRAWAL`]: it may drop a request that got no reply
+    /// so long after its rise.
+    #[must_use]
+    pub const fn with_withdrawal(mut self, after: Duration) -> Self {
+        self.withdrawal = after;
+        self
     }
 
     /// From now on every write is seen too.

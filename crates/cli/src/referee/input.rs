@@ -50,6 +50,7 @@ fn ends(interrupt: &Interrupt, rows: u64) -> bool {
 
 fn referees(arguments: &Arguments, vantage: Vantage, devices: &[DeviceLine]) -> Result<Referees, Failure> {
     let mut referees = Referees::new(vantage, arguments.model);
+    referees.allow_withdrawal(arguments.withdrawn_after);
     for device in devices {
         let wrong = |what: String| bad_input(format!("{} line {}: {what}", name(arguments), device.line));
         let model =

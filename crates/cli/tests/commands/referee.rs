@@ -56,6 +56,28 @@ fn a_finding_has_every_key_of_the_document() {
 }
 
 #[test]
+fn a_request_may_be_given_up_after_the_time_that_is_given() {
+    let rows = [
+        ("00000000", "00000064"),
+        ("0200270F", "00000064"),
+        ("8200270F", "00000064"),
+        ("8200270F", "00000064"),
+        ("8200270F", "00000064"),
+        ("0200270F", "00000064"),
+        ("0200270F", "00000064"),
+    ];
+    for (after, code, rule) in [
+        ("1s", 1, "dropped_before_acknowledgement"),
+        ("40ms", 1, "dropped_before_acknowledgement"),
+        ("30ms", 0, "withdrawn"),
+    ] {
+        let arguments = ["--model", "ce-65-m", "--seen-from", "c", "--withdrawn-after", after];
+        let (found, lines) = judged(&arguments, &log(&rows));
+        assert_eq!((found, lines[0]["rule"].as_str()), (Some(code), Some(rule)), "{after}: {lines:?}");
+    }
+}
+
+#[test]
 fn a_certain_error_is_exit_code_1_and_no_service_is_3() {
     let mut rows = RIGHT;
     for row in &mut rows[1..] {

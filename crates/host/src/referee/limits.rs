@@ -1,6 +1,6 @@
 //! What has stood for too long.
 
-use super::rule::{SOONEST, STANDS_LONG, STATUS_WITHIN, WITHDRAWAL};
+use super::rule::{STANDS_LONG, STATUS_WITHIN};
 use super::{Duration, Effect, ErrorSeen, HandshakeRule, Instant, OutWord, Referee, RuleCertainty, Standing};
 
 /// No time that is ever reached.
@@ -9,7 +9,7 @@ pub(super) const NEVER: Instant = Instant(u64::MAX);
 impl Referee {
     /// Something begins that may stand for too long; all that can begin may stand for this long at least.
     pub(super) fn begins(&mut self, at: Instant) {
-        self.due = self.due.min(at + SOONEST);
+        self.due = self.due.min(at + STATUS_WITHIN.min(self.withdrawal));
     }
 
     /// When something will have stood for too long.
@@ -17,7 +17,7 @@ impl Referee {
         let standing = self.standing.as_ref();
         let error = self.error.as_ref().filter(|error| !error.over);
         let limits = [
-            standing.filter(|standing| !standing.settled).map(|standing| standing.rose + WITHDRAWAL),
+            standing.filter(|standing| !standing.settled).map(|standing| standing.rose + self.withdrawal),
             standing.and_then(Standing::since).map(|(_, since)| since + STANDS_LONG),
             self.habits.check_due(),
             self.status_due.map(|since| since + STATUS_WITHIN),
@@ -30,7 +30,7 @@ impl Referee {
     #[cold]
     pub(super) fn stands_too_long(&mut self, at: Instant) {
         self.stands_long(at, STANDS_LONG);
-        if self.standing.is_some_and(|standing| at.since(standing.rose) >= WITHDRAWAL) {
+        if self.standing.is_some_and(|standing| at.since(standing.rose) >= self.withdrawal) {
             self.settle();
         }
         let out = self.out.unwrap_or_default();

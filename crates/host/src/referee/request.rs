@@ -4,7 +4,6 @@ use super::preparation::Prepared;
 use super::{
     Access, By, DATA, ERROR_BIT, ERROR_SEEN, ErrorSeen, HandshakeRule, InWord, Instant, Out, OutWord,
     RESERVE_BIT, Referee, RuleCertainty, Service, ServiceFields, ServiceNumber, Standing, Vantage,
-    WITHDRAWAL,
 };
 use encoring_words::ErrorStatus;
 
@@ -152,7 +151,8 @@ impl Referee {
         if standing.own.is_some() || standing.spoiled || stopped || self.input.is_none() {
             return;
         }
-        let within = |since: Instant| at.since(since) < WITHDRAWAL;
+        let withdrawal = self.withdrawal;
+        let within = |since: Instant| at.since(since) < withdrawal;
         let word = standing.word;
         if standing.foreign.is_some_and(within) {
             self.found(HandshakeRule::ForeignReply, at, word);

@@ -80,8 +80,6 @@ pub const WITHDRAWAL: Duration = Duration::from_millis(1_000);
 /// A request without a reply, or a reply without its end, is told after this time, or at the end of what is seen if it
 /// has stood for [`WITHDRAWAL`].
 pub const STANDS_LONG: Duration = Duration::from_secs(10);
-/// The shortest of the times after which something has stood for too long.
-pub const SOONEST: Duration = WITHDRAWAL;
 /// After the last write the data check is expected within this time.
 pub const CHECK_WITHIN: Duration = Duration::from_secs(10);
 /// After a set error bit the error status is expected to be requested within this time.
