@@ -69,11 +69,12 @@ impl Causes {
 }
 
 fn sample(position: u8, poll: u64, sight: &Sight) -> Sample {
-    let nothing =
-        matches!(sight.verdict, Judgement::Stale { .. } | Judgement::RingStopped(_) | Judgement::NoAnswer(_));
-    let reading = match sight.input {
-        Some(input) if !nothing => Sighting::Word(input.0),
-        _ => Sighting::Nothing,
+    let reading = match (&sight.verdict, sight.input) {
+        (Judgement::RingStopped(said), input) => {
+            Sighting::Unreached { said: *said, stands: input.map(|input| input.0.into()) }
+        }
+        (Judgement::Stale { .. } | Judgement::NoAnswer(_), _) | (_, None) => Sighting::Nothing,
+        (_, Some(input)) => Sighting::Word(input.0),
     };
     // As the polls are counted for people.
     let line = poll + 1;

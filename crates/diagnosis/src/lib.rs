@@ -56,6 +56,7 @@ mod sample;
 mod scan;
 mod services;
 mod staying;
+mod stops;
 mod stuck;
 mod tally;
 #[cfg(test)]

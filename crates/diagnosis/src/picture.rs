@@ -54,7 +54,7 @@ impl Picture {
             Sighting::Bits24(bits) => i64::from(bits),
             Sighting::Bits16(half) => i64::from(half),
             Sighting::Steps(steps) => steps,
-            Sighting::Nothing => return,
+            Sighting::Nothing | Sighting::Unreached { .. } => return,
         };
         if self.strips.len() >= ENCODERS_MAX && !self.strips.contains_key(&sample.position) {
             self.left_out = true;

@@ -52,7 +52,7 @@ impl Row {
             Sighting::Bits24(bits) => Some((bits & DATA_MAX).into()),
             Sighting::Bits16(half) => Some(half.into()),
             Sighting::Steps(steps) => Some(steps),
-            Sighting::Nothing => None,
+            Sighting::Nothing | Sighting::Unreached { .. } => None,
         }
     }
 
@@ -63,7 +63,7 @@ impl Row {
             Sighting::Bits24(bits) => format!("{bits:06X}h"),
             Sighting::Bits16(half) => format!("{half:04X}h"),
             Sighting::Steps(steps) => steps.to_string(),
-            Sighting::Nothing => "nothing".to_owned(),
+            Sighting::Nothing | Sighting::Unreached { .. } => "nothing".to_owned(),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What a row of a recording shows of an encoder.
 
+use encoring_ring::diagnostics::{Diagnosis, status};
 use encoring_trace::bus::{BusEvent, BusRow};
 use encoring_trace::{CycleSeen, Input, Row};
 
@@ -31,20 +32,32 @@ pub enum Sighting {
     Steps(i64),
     /// Nothing: the encoder is off, or the cycle was bad.
     Nothing,
+    /// Nothing, as the ring's master says that no data cycle reaches the encoder.
+    Unreached {
+        /// What the master says.
+        said: Diagnosis,
+        /// What stands in the row all the same, as a number.
+        stands: Option<i64>,
+    },
 }
 
 impl Sample {
     /// What a row of a recording shows; `None` if it says nothing of a position.
     #[must_use]
     pub fn of_row(row: &Row) -> Option<Self> {
+        let position = row.position.unwrap_or_default();
+        let said = Diagnosis { status: row.status, parameter: row.parameter };
         let reading = match (row.input, row.value) {
+            (input, value) if said.reaches(position.into()) == Some(false) => {
+                let word = input.and_then(Input::word).map(i64::from);
+                Sighting::Unreached { said, stands: word.or(value) }
+            }
             (None, None) => return None,
-            _ if is_lost(row.cycle) => Sighting::Nothing,
+            _ if is_lost(row.cycle) || is_faulty(said) => Sighting::Nothing,
             (Some(Input::Off), _) => Sighting::Nothing,
             (Some(Input::Word(word)), _) => Sighting::Word(word),
             (None, Some(steps)) => Sighting::Steps(steps),
         };
-        let position = row.position.unwrap_or_default();
         Some(Self { line: row.line, time_ns: row.time_ns, position, out: row.out, reading })
     }
 
@@ -58,6 +71,11 @@ impl Sample {
         };
         Some(Self { line: row.line, time_ns: row.time_ns, position: row.position, out: Some(out), reading })
     }
+}
+
+/// Whether the words are those of an earlier cycle.
+fn is_faulty(said: Diagnosis) -> bool {
+    said.status.is_some_and(|word| word & status::DC_RESULT != 0)
 }
 
 /// Whether nothing that came in this cycle is to be believed.

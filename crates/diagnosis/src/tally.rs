@@ -9,6 +9,7 @@ use crate::given::Given;
 use crate::places::Places;
 use crate::round::Ends;
 use crate::services::Services;
+use crate::stops::Stops;
 
 /// What else the sentences are about.
 #[derive(Clone, Copy)]
@@ -19,6 +20,7 @@ pub(crate) struct Told<'a> {
     pub(crate) given: &'a Given,
     pub(crate) services: &'a Services,
     pub(crate) places: &'a Places,
+    pub(crate) stops: &'a Stops,
 }
 
 /// What was seen, for the sentences at the end.
@@ -59,6 +61,9 @@ impl Tally {
             self.rows, self.positions
         ));
         let limits = &mut conclusion.limits;
+        if let Some(limit) = beside.stops.limit(beside.services) {
+            limits.push(format!("position {position}: {limit}"));
+        }
         if self.positions < 3 {
             limits.push(format!("position {position}: fewer than three positions: nothing can be judged"));
             return;

@@ -1,3 +1,4 @@
+use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Model, Parameter, ParameterSet, gray};
 
 use crate::{ActiveValues, Conclusion, Detector, JumpCause, KnownPlace, Options, Sample, Sighting};
@@ -100,6 +101,10 @@ mod any {
             any::<i64>().prop_map(Sighting::Steps),
             any::<u16>().prop_map(Sighting::Bits16),
             Just(Sighting::Nothing),
+            any::<(u16, u16, Option<i64>)>().prop_map(|(status, parameter, stands)| Sighting::Unreached {
+                said: Diagnosis { status: Some(status), parameter: Some(parameter) },
+                stands,
+            }),
         ]
     }
 

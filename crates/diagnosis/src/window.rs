@@ -24,6 +24,7 @@ use crate::row::{ReadAs, Row};
 use crate::sample::Sample;
 use crate::scan::{Beside, Find, scan};
 use crate::services::{Done, Services, Session};
+use crate::stops::{self, Stops};
 use crate::tally::{Tally, Told, is_lost};
 use crate::tolerance::Bends;
 use crate::verdict::Judged;
@@ -62,6 +63,7 @@ pub(crate) struct Window {
     bends: Bends,
     ends: Ends,
     places: Places,
+    stops: Stops,
     /// No more rows come.
     is_ending: bool,
     tally: Tally,
@@ -96,6 +98,7 @@ impl Window {
             bends: Bends::default(),
             ends: Ends::default(),
             places: Places::new(&options.known),
+            stops: Stops::default(),
             is_ending: false,
             tally: Tally::default(),
             ledger: Ledger::new(position),
@@ -111,6 +114,7 @@ impl Window {
         self.tally.rows += 1;
         let row = Row::new(sample);
         self.services.row(&row);
+        self.stops.row(&row, self.usual);
         self.rows.push(row);
         if self.rows.len() >= ROWS {
             self.judge(self.rows.len() - AHEAD);
@@ -120,8 +124,9 @@ impl Window {
     pub(crate) fn finish(mut self, conclusion: &mut Conclusion) {
         self.is_ending = true;
         self.judge(self.rows.len());
-        let Self { position, axis, ends, given, services, places, .. } = &self;
-        self.tally.tell(&Told { position: *position, axis, ends, given, services, places }, conclusion);
+        let Self { position, axis, ends, given, services, places, stops, .. } = &self;
+        self.tally
+            .tell(&Told { position: *position, axis, ends, given, services, places, stops }, conclusion);
         conclusion.episodes.append(&mut self.ledger.into_episodes());
     }
 
@@ -163,13 +168,17 @@ impl Window {
             usual,
         };
         let mut finds = Vec::new();
-        for run in points.chunk_by(|a, b| b.time_ns - a.time_ns <= (GAP + 1) * period_ns) {
+        let is_one = |a: &Point, b: &Point| {
+            b.time_ns - a.time_ns <= (GAP + 1) * period_ns && !stops::is_between(rows, a.row, b.row)
+        };
+        for run in points.chunk_by(is_one) {
             let curve = Curve { points: run, rows, circle, axis: &self.axis, period_ns, tolerance };
             self.curve(&curve, &part, &mut finds);
         }
         finds.retain(|(rows, judged)| !is_edge(&stretches, rows, judged));
         outside::finds(&part, &mut finds);
         self.places.look(&part, self.is_ending, &mut finds);
+        self.stops.finds(&part, &self.services, &mut finds);
         self.sessions(&range, &stretches, &mut finds);
         finds.sort_by_key(|(rows, _)| rows.start);
         let is_lost = is_lost(tolerance, &self.axis, self.ends.most);

@@ -129,6 +129,54 @@ fn a_transfer_with_a_fault_is_no_position() {
     assert_eq!((code, report["events"][0]["line"].as_u64()), (Some(3), Some(27)), "{report}");
 }
 
+/// A shaft that turns evenly; from row 50 on the ring stands for some rows, and the words of the master's memory with it.
+fn stopped(rows: u32, status: &str, parameter: &str) -> String {
+    let stops = 50..50 + rows;
+    let row = |k: u32| {
+        let stands = stops.contains(&k);
+        let word = if stands { 50_490 } else { 50_000 + 10 * k };
+        let said = if stands { format!("{status},{parameter}") } else { "00E0h,0".to_owned() };
+        format!("{},{word:08X},{said}\n", 10 * k)
+    };
+    "time_ms,in,status,parameter\n".to_owned() + &(0..200).map(row).collect::<String>()
+}
+
+#[test]
+fn a_jump_over_rows_in_which_the_master_says_that_the_ring_stood_is_a_gap_and_told_by_the_status() {
+    for rows in [2, 5, 40, 100] {
+        let (code, report) = diagnosed(&[], &stopped(rows, "00C4h", "0BE1h"));
+        let event = &report["events"][0];
+        assert_eq!((code, report["events"].as_array().map(Vec::len)), (Some(1), Some(1)), "{report}");
+        assert_eq!((event["cause"].as_str(), event["certainty"].as_str()), (Some("frozen"), Some("certain")));
+        assert_eq!((&event["line"], &event["to_line"]), (&52.into(), &(52 + rows).into()), "{report}");
+        let evidence = event["evidence"].to_string();
+        assert!(evidence.contains("00C4h (READY, ACTIVE, BUS) and parameter 0BE1h"), "{evidence}");
+        let limits = report["limits"].to_string();
+        assert!(limits.contains(&format!("{rows} rows hold no position, the first at line 52")), "{limits}");
+    }
+}
+
+#[test]
+fn a_word_of_no_cycle_is_no_position_and_a_break_behind_the_encoder_takes_none_from_it() {
+    let zeros = |said: &str| {
+        let row = |k: u32| match k {
+            50..60 => format!("{},00000000,{said}\n", 10 * k),
+            _ => format!("{},{:08X},00E0h,0\n", 10 * k, 50_000 + 10 * k),
+        };
+        "time_ms,in,status,parameter\n".to_owned() + &(0..200).map(row).collect::<String>()
+    };
+    // The ring stands; the last data cycle was faulty.
+    for said in ["00C4h,0BE1h", "10E0h,0"] {
+        let (code, report) = diagnosed(&[], &zeros(said));
+        assert_eq!((code, report["events"].as_array().map(Vec::len)), (Some(0), Some(0)), "{report}");
+        let judged = report["judged"][0].as_str().unwrap();
+        assert!(judged.contains("200 rows, 190 of them positions"), "{judged}");
+    }
+    // The ring ends behind device 1, and this one is reached.
+    let (_, report) = diagnosed(&[], &zeros("00E4h,0180h"));
+    assert!(report["judged"][0].as_str().unwrap().contains("200 of them positions"), "{report}");
+}
+
 /// A simulated ring, recorded for a second.
 fn recorded(folder: &Path) -> String {
     let file = folder.join("ring.csv").display().to_string();
