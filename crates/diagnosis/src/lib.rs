@@ -48,6 +48,7 @@ mod places;
 mod quiet;
 mod recent;
 mod recorded;
+mod refresh;
 mod report;
 mod returning;
 mod round;

@@ -7,6 +7,7 @@ use crate::curve::{LEAST, Point};
 use crate::episode::Conclusion;
 use crate::given::Given;
 use crate::places::Places;
+use crate::refresh::Refresh;
 use crate::round::Ends;
 use crate::services::Services;
 use crate::stops::Stops;
@@ -21,6 +22,7 @@ pub(crate) struct Told<'a> {
     pub(crate) services: &'a Services,
     pub(crate) places: &'a Places,
     pub(crate) stops: &'a Stops,
+    pub(crate) refresh: &'a Refresh,
 }
 
 /// What was seen, for the sentences at the end.
@@ -115,6 +117,13 @@ impl Tally {
                 format!("position {position}: about {positions} positions: their end was seen {times} times")
             }
         });
+        match beside.refresh.measured() {
+            Some(refresh) => told.push(format!(
+                "position {position}: refreshed every {refresh}, measured: by the encoder, or by what carries its words"
+            )),
+            None => limits
+                .push(format!("position {position}: the refresh time is not visible at this period or speed")),
+        }
         if !axis.is_scale_known {
             limits.push(format!(
                 "position {position}: N, D and the counting direction do not show in positions; speed and acceleration were judged \

@@ -19,6 +19,7 @@ use crate::outside;
 use crate::part::{Part, way_of};
 use crate::places::Places;
 use crate::quiet::{self, Pace, Quiet};
+use crate::refresh::Refresh;
 use crate::round::Ends;
 use crate::row::{ReadAs, Row};
 use crate::sample::Sample;
@@ -64,6 +65,7 @@ pub(crate) struct Window {
     ends: Ends,
     places: Places,
     stops: Stops,
+    refresh: Refresh,
     /// No more rows come.
     is_ending: bool,
     tally: Tally,
@@ -99,6 +101,7 @@ impl Window {
             ends: Ends::default(),
             places: Places::new(&options.known),
             stops: Stops::default(),
+            refresh: Refresh::default(),
             is_ending: false,
             tally: Tally::default(),
             ledger: Ledger::new(position),
@@ -124,9 +127,11 @@ impl Window {
     pub(crate) fn finish(mut self, conclusion: &mut Conclusion) {
         self.is_ending = true;
         self.judge(self.rows.len());
-        let Self { position, axis, ends, given, services, places, stops, .. } = &self;
-        self.tally
-            .tell(&Told { position: *position, axis, ends, given, services, places, stops }, conclusion);
+        let Self { position, axis, ends, given, services, places, stops, refresh, .. } = &self;
+        self.tally.tell(
+            &Told { position: *position, axis, ends, given, services, places, stops, refresh },
+            conclusion,
+        );
         conclusion.episodes.append(&mut self.ledger.into_episodes());
     }
 
@@ -154,6 +159,7 @@ impl Window {
         self.given.look(&points, &self.rows, &range);
         let circle = self.axis.circle;
         let counted = |row: usize| range.contains(&row);
+        self.refresh.look(&points, &range, circle, period_ns);
         let tolerance = self.bends.tolerance(&points, circle, GAP * period_ns, counted);
         self.tally.look(&points, &self.axis, tolerance, self.ends.most);
         let (rows, usual) = (&self.rows, self.usual);
