@@ -341,6 +341,19 @@ pub(crate) fn position(cell: &[u8]) -> Option<u8> {
 }
 
 fn millivolts(cell: &[u8]) -> Option<u32> {
+    // As we write nearly all: `0.0`, `24.0`.
+    let (tens, ones, tenths) = match *cell {
+        [ones, b'.', tenths] => (b'0', ones, tenths),
+        [tens, ones, b'.', tenths] => (tens, ones, tenths),
+        _ => return other_millivolts(cell),
+    };
+    let [tens, ones, tenths] = [tens, ones, tenths].map(|byte| byte.wrapping_sub(b'0'));
+    let written = 10_000 * u32::from(tens) + 1_000 * u32::from(ones) + 100 * u32::from(tenths);
+    (tens.max(ones).max(tenths) <= 9).then_some(written)
+}
+
+#[inline(never)]
+fn other_millivolts(cell: &[u8]) -> Option<u32> {
     u32::try_from(thousandths(cell)?).ok().filter(|&millivolts| millivolts <= MOST_MILLIVOLTS)
 }
 
@@ -368,21 +381,18 @@ fn whole(cell: &[u8]) -> Option<i64> {
 
 /// A decimal in thousandths: digits around a point, or without one. Digits after the third must be zero,
 /// since nothing is rounded.
+#[inline]
 fn thousandths(cell: &[u8]) -> Option<u64> {
     let (ones, rest) = digits(cell)?;
     let mut sum = ones.checked_mul(1000)?;
     match rest {
         [] => Some(sum),
         [b'.', decimals @ ..] if !decimals.is_empty() => {
-            let mut worth = 1000;
-            for &byte in decimals {
-                worth /= 10;
-                match digit(byte)? {
-                    1.. if worth == 0 => return None,
-                    digit => sum = sum.checked_add(digit * worth)?,
-                }
+            let (written, beyond) = decimals.split_at_checked(3).unwrap_or((decimals, &[]));
+            for (&byte, worth) in written.iter().zip([100, 10, 1]) {
+                sum = sum.checked_add(digit(byte)? * worth)?;
             }
-            Some(sum)
+            beyond.iter().all(|byte| *byte == b'0').then_some(sum)
         }
         _ => None,
     }
@@ -393,6 +403,7 @@ fn natural(cell: &[u8]) -> Option<u64> {
 }
 
 /// The number at the start of a cell, of one digit or more, and what follows it.
+#[inline]
 fn digits(cell: &[u8]) -> Option<(u64, &[u8])> {
     let (mut number, mut count) = (0_u64, 0);
     for &byte in cell {
