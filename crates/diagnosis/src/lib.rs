@@ -62,6 +62,7 @@ mod stuck;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod together;
 mod tolerance;
 mod verdict;
 mod ways;

@@ -27,6 +27,7 @@ use crate::scan::{Beside, Find, scan};
 use crate::services::{Done, Services, Session};
 use crate::stops::{self, Stops};
 use crate::tally::{Tally, Told, is_lost};
+use crate::together::Place;
 use crate::tolerance::Bends;
 use crate::verdict::Judged;
 use crate::ways::{self, Stretch};
@@ -122,6 +123,20 @@ impl Window {
         if self.rows.len() >= ROWS {
             self.judge(self.rows.len() - AHEAD);
         }
+    }
+
+    /// The latest row; `None` if it holds something else than a position.
+    pub(crate) fn place(&self) -> Option<Place> {
+        let row = self.rows.last()?;
+        let value = row.position(self.usual);
+        let is_none = row.bits().is_none();
+        let (line, time_ns, circle) = (row.line, row.time_ns, self.axis.circle);
+        (value.is_some() || is_none).then_some(Place { line, time_ns, value, circle })
+    }
+
+    /// What would tell a cause from others.
+    pub(crate) fn apart(&self, judged: &Judged) -> String {
+        judged.apart(&self.services)
     }
 
     pub(crate) fn finish(mut self, conclusion: &mut Conclusion) {

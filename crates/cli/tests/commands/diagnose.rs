@@ -269,6 +269,57 @@ fn a_jump_is_told_with_what_the_other_encoders_did() {
     assert!(evidence.contains("no other encoder of the recording has an event at that time"), "{report}");
 }
 
+/// Two encoders of one axis, which turns and stands; their positions behind a pause of two seconds, and whether the second has one.
+fn of_one_axis(moved: u32, behind: [u32; 2], has_pause: bool) -> Vec<(u64, Value)> {
+    let row = |k: u32| {
+        let before = 10 * k.min(moved);
+        let is_paused = (200..400).contains(&k);
+        let words = match k {
+            0..400 => [20_000 + before, 50_000 + before],
+            _ => behind,
+        };
+        let one = |position: u32, word: u32| format!("{},{position},{word:08X}\n", 10 * k);
+        let first = if is_paused { String::new() } else { one(3, words[0]) };
+        let second = if is_paused && has_pause { String::new() } else { one(5, words[1]) };
+        first + &second
+    };
+    let rows = (0..600).map(row).collect::<String>();
+    let (_, report) = diagnosed(&[], &("time_ms,position,in\n".to_owned() + &rows));
+    let events = report["events"].as_array().unwrap().clone();
+    let lost = events.into_iter().filter(|event| event["cause"] == "zero_lost");
+    lost.map(|event| (event["position"].as_u64().unwrap(), event)).collect()
+}
+
+#[test]
+fn a_zero_that_was_lost_shows_by_the_offset_to_an_encoder_that_moved_together_with_it() {
+    // The axis stood: one is where it was, the other is not.
+    let lost = of_one_axis(150, [21_500 + 3 * 4_096, 51_500], true);
+    assert_eq!((lost.len(), lost[0].0), (1, 3), "{lost:?}");
+    let event = &lost[0].1;
+    assert_eq!((&event["certainty"], &event["line"]), (&"likely".into(), &402.into()), "{event}");
+    let evidence = event["evidence"].to_string();
+    assert!(evidence.contains("the offset to position 5 differs by 12288 steps"), "{evidence}");
+    let lost = of_one_axis(150, [21_500, 51_500 - 4_096], true);
+    assert_eq!((lost.len(), lost[0].0), (1, 5), "{lost:?}");
+    // One had no pause, and may have moved meanwhile.
+    let lost = of_one_axis(150, [21_500 + 4_096, 51_500], false);
+    assert_eq!((lost.len(), lost[0].0), (1, 3), "{lost:?}");
+}
+
+#[test]
+fn no_zero_was_lost_where_the_offset_is_the_same_or_both_or_none_may_have_moved() {
+    for (moved, behind) in [
+        (150, [21_500, 51_500]),
+        (150, [25_500, 55_500]),
+        // Both are elsewhere: nothing tells which of them is wrong.
+        (150, [25_500, 60_000]),
+        // They were never seen to move together.
+        (0, [20_000 + 4_096, 50_000]),
+    ] {
+        assert_eq!(of_one_axis(moved, behind, true), [], "{moved} {behind:?}");
+    }
+}
+
 #[test]
 fn what_cannot_be_read_is_refused_with_line_and_column() {
     let begins =
