@@ -7,6 +7,9 @@
     reason = "a test may panic"
 )]
 
+mod causes;
+mod log;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -302,120 +305,6 @@ fn parameters_come_from_files_behind_a_gateway() {
 }
 
 #[test]
-fn a_log_has_a_row_for_each_encoder_and_poll() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "10", "--speed", "max"];
-    let output = run(folder.path(), &arguments);
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert_eq!(text(&output.stdout), "300 rows of 1000 polls in 9.999 s, 1 file: valid 3000\n");
-    let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
-    let head: Vec<_> = file.lines().take(8).collect();
-    assert!(head[0].starts_with("# encoring-log 2 started 2"), "{}", head[0]);
-    insta::assert_snapshot!("log", head[1..].join("\n"));
-    assert_eq!(rows(&folder.path().join("a.csv")).len(), 300);
-    // A second log keeps the first.
-    let json = run(folder.path(), &[&arguments[..], &["--at", "2", "--format", "json"]].concat());
-    let summary: Value = serde_json::from_slice(&json.stdout).unwrap();
-    assert_eq!((&summary["rows"], &summary["polls"]), (&Value::from(100), &Value::from(1_000)));
-    assert_eq!(summary["verdicts"], serde_json::json!([{ "verdict": "valid", "polls": 1_000 }]));
-    assert_eq!(fs::read_to_string(folder.path().join("a.1.csv")).unwrap(), file);
-}
-
-#[test]
-fn with_changes_only_what_differs_is_logged() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("ring.toml"), STILL).unwrap();
-    let arguments = ["log", "a.csv", "--bus", "sim:ring.toml", "--for", "10m", "--speed", "max", "--changes"];
-    let output = run(folder.path(), &[&arguments[..], &["--every", "1s"]].concat());
-    let summary = text(&output.stdout);
-    assert!(
-        summary.starts_with("1 rows of 60000 polls in ") && summary.ends_with(": valid 60000\n"),
-        "{summary}"
-    );
-    assert_eq!(rows(&folder.path().join("a.csv")), ["0,0x00000000,0x000030D4,valid,12500"]);
-}
-
-#[test]
-fn full_files_take_turns_and_the_oldest_goes() {
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["log", "a.csv", "--bus", "sim", "--for", "30", "--speed", "max", "--every", "0"];
-    let output = run(folder.path(), &[&arguments[..], &["--rotate-mb", "1", "--keep", "2"]].concat());
-    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    let mut names: Vec<_> = fs::read_dir(folder.path())
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
-    names.sort();
-    assert_eq!(names, ["a.1.csv", "a.2.csv", "a.csv"]);
-    for name in ["a.1.csv", "a.2.csv"] {
-        let length = fs::metadata(folder.path().join(name)).unwrap().len();
-        assert!((999_900..=1_000_000).contains(&length), "{name} has {length}");
-        assert!(
-            fs::read_to_string(folder.path().join(name)).unwrap().starts_with("# encoring-log 2 started ")
-        );
-    }
-    let last = text(&output.stdout);
-    assert!(last.contains(" rows of 4431") && last.contains(" files: valid "), "{last}");
-}
-
-#[test]
-fn what_is_no_log_is_left_as_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("a.csv"), "my figures\n").unwrap();
-    let said = refused(folder.path(), 2, &["log", "a.csv", "--bus", "sim", "--for", "1", "--speed", "max"]);
-    assert!(said.ends_with("a.csv: it is there and holds no log, so it was left as it is\n"), "{said}");
-    assert_eq!(fs::read_to_string(folder.path().join("a.csv")).unwrap(), "my figures\n");
-    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
-}
-
-#[test]
-fn a_full_disk_and_a_missing_folder_end_with_3() {
-    let folder = tempfile::tempdir().unwrap();
-    let common = ["--bus", "sim", "--for", "1", "--speed", "max"];
-    let said = refused(folder.path(), 3, &[&["log", "none/a.csv"][..], &common].concat());
-    let why = "error: none/a.csv: cannot make the file: there is no folder none; make it first";
-    assert!(said.starts_with(why), "{said}");
-    if Path::new("/dev/full").exists() {
-        let said = refused(folder.path(), 3, &[&["log", "/dev/full"][..], &common].concat());
-        assert!(said.starts_with("error: /dev/full: cannot write: "), "{said}");
-    }
-}
-
-#[test]
-fn signals_end_a_log_with_everything_in_it() {
-    let folder = tempfile::tempdir().unwrap();
-    for signal in ["-INT", "-TERM"] {
-        let log = Running::start(folder.path(), &["log", "a.csv", "--bus", "sim", "--every", "10ms"]);
-        let file = folder.path().join("a.csv");
-        // Rows come with the first flush.
-        while !file.exists() || rows(&file).is_empty() {
-            std::thread::yield_now();
-        }
-        let summary = log.end(signal);
-        let counted = rows(&file).len();
-        assert!(summary.starts_with(&format!("{counted} rows of ")), "{summary}, {counted} in the file");
-        fs::remove_file(file).unwrap();
-    }
-}
-
-#[test]
-fn a_log_can_go_into_a_pipe_that_closes_early() {
-    if !Path::new("/dev/stdout").exists() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let arguments = ["log", "/dev/stdout", "--bus", "sim", "--speed", "max", "--for"];
-    let output = run(folder.path(), &[&arguments[..], &["1s"]].concat());
-    let (out, err) = (text(&output.stdout), text(&output.stderr));
-    assert_eq!((output.status.code(), out.lines().count()), (Some(0), 36), "{out}");
-    assert!(err.starts_with("30 rows of 100 polls"), "{err}");
-    let mut log = Running::start(folder.path(), &[&arguments[..], &["1h"]].concat());
-    log.line();
-    drop(log.lines);
-    assert_eq!(log.program.wait().unwrap().code(), Some(0));
-}
-
-#[test]
 fn a_gateway_that_never_answers_ends_with_3() {
     let folder = tempfile::tempdir().unwrap();
     // Nothing listens at the near end of a connection, and nobody else can take its port.
@@ -442,27 +331,6 @@ fn a_gateway_that_never_answers_ends_with_3() {
     let log = run(folder.path(), &[&["log", "a.csv", "--keep", "1"][..], &common].concat());
     let told = text(&log.stderr);
     assert!(told.starts_with("note: --keep 1: ") && told.contains("a.1.csv is deleted when"), "{told}");
-}
-
-#[test]
-fn failed_polls_are_rows_without_words() {
-    let folder = tempfile::tempdir().unwrap();
-    let (sim, address) = gateway(folder.path());
-    let at = ["--at", "0,2", "--model", "la-66,ce-65-m", "--every", "10ms", "--stale-after", "1m"];
-    let log = Running::start(folder.path(), &[&["log", "a.csv", "--bus", &address][..], &at].concat());
-    let file = folder.path().join("a.csv");
-    let wait = |wanted: &str| {
-        while !file.exists() || !rows(&file).iter().any(|row| row.contains(wanted)) {
-            std::thread::yield_now();
-        }
-    };
-    wait("2,0x00000000,");
-    sim.end("-TERM");
-    wait("0,,,no_answer_");
-    let summary = log.end("-TERM");
-    assert!(summary.contains("unchecked ") && summary.contains("no_answer_no_connection "), "{summary}");
-    let head = fs::read_to_string(&file).unwrap();
-    assert!(head.contains("# encoder 2 ce-65-m cannot_judge=code+range+motion\n"), "{head}");
 }
 
 /// Asks the control port for something.
@@ -546,50 +414,6 @@ fn a_signal_ends_a_watch_whose_output_nobody_reads() {
     drop(lines);
 }
 
-#[cfg(unix)]
-#[test]
-#[expect(
-    clippy::disallowed_methods,
-    reason = "a program that waits for its reader shows nothing to wait for"
-)]
-fn a_signal_ends_a_log_into_a_pipe_that_nobody_reads() {
-    let folder = tempfile::tempdir().unwrap();
-    let (reader, filler) = std::io::pipe().unwrap();
-    assert!(Command::new("mkfifo").arg(folder.path().join("pipe")).status().unwrap().success());
-    // The one is full after a moment, the other is never opened for reading.
-    for file in ["/dev/stdout", "pipe"] {
-        let mut program = Command::new(PROGRAM)
-            .current_dir(folder.path())
-            .args(["log", file, "--bus", "sim", "--every", "0", "--speed", "max"])
-            .stdout(filler.try_clone().unwrap())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(std::time::Duration::from_secs(1));
-        let pid = program.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
-        assert_eq!(program.wait().unwrap().code(), Some(0));
-    }
-    drop(reader);
-}
-
-#[cfg(unix)]
-#[test]
-fn a_log_that_no_longer_fits_ends_with_3_in_whole_rows() {
-    let folder = tempfile::tempdir().unwrap();
-    // A limit on the length of a file, in place of a full disk: 100 blocks of 512 bytes.
-    let script = format!(
-        "trap '' XFSZ; ulimit -f 100; exec {PROGRAM} log a.csv --bus sim --every 0 --for 1h --speed max"
-    );
-    let output = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap();
-    let said = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.starts_with("error: ") && said.contains("a.csv: cannot write: "), "{said}");
-    let log = fs::read_to_string(folder.path().join("a.csv")).unwrap();
-    assert!(log.ends_with('\n') && log.len() <= 51_200, "{}", log.len());
-    let rows = rows(&folder.path().join("a.csv"));
-    assert!(rows.len() > 100 && rows.iter().all(|row| row.split(',').count() == 5), "{:?}", rows.last());
-}
-
 #[test]
 fn of_a_gateway_that_does_not_tell_whether_the_ring_runs_it_is_said_once() {
     let folder = tempfile::tempdir().unwrap();
@@ -627,118 +451,4 @@ fn a_diagnosis_that_the_gateway_refuses_is_told_once_and_is_no_fault_of_an_encod
     assert!(of("seen")[0]["cannot_judge"].as_array().unwrap().contains(&Value::from("ring")));
     assert!(lines.last().unwrap()["fault"].is_null());
     sim.end("-TERM");
-}
-
-#[test]
-fn what_a_machine_does_at_most_is_refused_where_nothing_can_be_judged_by_it() {
-    let folder = tempfile::tempdir().unwrap();
-    let (sim, address) = gateway(folder.path());
-    let rod = "version = 1\nmodel = \"la-66\"\n[parameters]\nmeasuring_length = 50000\n";
-    fs::write(folder.path().join("rod.toml"), rod).unwrap();
-    let common = ["watch", "--bus", &address, "--for", "50ms"];
-    let of_rod = ["--at", "0", "--parameters", "rod.toml", "--max-mm-s"];
-    for (arguments, message) in [
-        (
-            &["--at", "0", "--model", "la-66", "--max-rpm", "100"][..],
-            "--max-rpm: none of these encoders is a shaft",
-        ),
-        (
-            &["--at", "1", "--model", "ce-100-m", "--max-mm-s", "100"],
-            "--max-mm-s: none of these encoders is a rod",
-        ),
-        (
-            &["--at", "1", "--model", "ce-100-m", "--rod-mm", "100"],
-            "--rod-mm: none of these encoders is a rod",
-        ),
-        (
-            &["--at", "1", "--model", "ce-100-m", "--max-rpm", "100"],
-            "--max-rpm: the scaling of no shaft here is known, so no movement can be judged; give its parameters",
-        ),
-        (
-            &["--at", "0", "--model", "la-66", "--max-mm-s", "100", "--rod-mm", "500"],
-            "--max-mm-s: the scaling of no rod here is known",
-        ),
-        (
-            &[&of_rod[..], &["100"]].concat(),
-            "--max-mm-s: the length of the rod at position 0 is not known; give it with",
-        ),
-        (&[&of_rod[..], &["100", "--rod-mm", "500,500"]].concat(), "--rod-mm: 2 values for 1 encoders"),
-    ] {
-        let said = refused(folder.path(), 2, &[&common[..], arguments].concat());
-        assert!(said.starts_with(&format!("error: {message}")), "{said}");
-    }
-    let good = run(folder.path(), &[&common[..], &of_rod, &["100", "--rod-mm", "500"]].concat());
-    assert_eq!(good.status.code(), Some(0), "{}", text(&good.stderr));
-    let said = refused(folder.path(), 2, &["watch", "--bus", "sim", "--rod-mm", "500"]);
-    assert_eq!(said, "error: --rod-mm: a simulated ring knows its rods; leave the option out\n");
-    sim.end("-TERM");
-}
-
-/// A rod whose magnet is put elsewhere.
-const JUMP: &str = "version = 1\n[[device]]\nposition = 0\nmodel = \"la-66\"\nmotion = { kind = \"hold\", raw = 125_000 }\n\
-                    [[event]]\nat_s = 1.0\nposition = 0\nset = { raw = 250_000 }\n";
-
-#[test]
-fn a_rod_jumps_only_for_whoever_says_how_fast_it_is() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
-    let log = |file: &str, more: &[&str]| {
-        let arguments = ["log", file, "--bus", "sim:jump.toml", "--for", "2s", "--speed", "max"];
-        text(&run(folder.path(), &[&arguments[..], more].concat()).stdout)
-    };
-    assert!(log("a.csv", &[]).ends_with(": valid 200\n"));
-    let jumped = log("b.csv", &["--max-mm-s", "1000"]);
-    assert!(jumped.ends_with(", implausible_speed 100\n"), "{jumped}");
-    let file = fs::read_to_string(folder.path().join("b.csv")).unwrap();
-    assert!(file.contains("position 0: nothing permissible moves from 12500 to 25000 within "), "{file}");
-    assert!(!file.contains("kill"), "{file}");
-    assert!(file.contains("# event cause: "), "{file}");
-}
-
-#[cfg(unix)]
-#[test]
-fn the_cause_of_a_jump_stands_in_lines_for_people_and_programs() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
-    // Until it is told, however slowly the polls come.
-    let told = |format: &str, part: &str| {
-        let arguments = ["watch", "--bus", "sim:jump.toml", "--max-mm-s", "1000", "--format", format];
-        let mut watch = Running::start(folder.path(), &arguments);
-        let mut line = watch.line();
-        while !line.contains(part) {
-            line = watch.line();
-        }
-        watch.end("-INT");
-        line
-    };
-    let line = told("text", "position 0: cause of the jump: cannot be told, possible: ");
-    assert!(line.contains("; or mechanical, preset, other_source; to tell: "), "{line}");
-    let line = told("json", r#""event":"cause""#);
-    let event: Value = serde_json::from_str(&line).unwrap();
-    assert_eq!(event["cause"], "unclear");
-    assert_eq!(event["certainty"], "possible");
-    assert_eq!(event["alternatives"], serde_json::json!(["mechanical", "preset", "other_source"]));
-}
-
-#[cfg(unix)]
-#[test]
-fn a_signal_acknowledges_a_jump() {
-    let folder = tempfile::tempdir().unwrap();
-    fs::write(folder.path().join("jump.toml"), JUMP).unwrap();
-    let arguments = ["--bus", "sim:jump.toml", "--max-mm-s", "1000"];
-    let mut watch = Running::start(folder.path(), &[&["watch"][..], &arguments].concat());
-    let pid = watch.program.id().to_string();
-    let mut told = String::new();
-    while !told.contains("; `kill -USR1 ") {
-        told = watch.line();
-    }
-    assert!(told.contains(&format!("`kill -USR1 {pid}` acknowledges it")), "{told}");
-    assert!(Command::new("kill").args(["-USR1", &pid]).status().unwrap().success());
-    while !told.contains("position 0: the jump was acknowledged") {
-        told = watch.line();
-    }
-    while !told.contains("25000  valid") {
-        told = watch.line();
-    }
-    watch.end("-INT");
 }
