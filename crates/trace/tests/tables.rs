@@ -135,6 +135,12 @@ fn a_refused_table_says_where_why_and_what_to_type() {
              say which, as --columns \"time_ms=Zeitstempel,out=QD 256,in=ID 256\"",
         ),
         (
+            "time_s,word\n0.001,00000000\n",
+            "",
+            "line 1: none of the columns \"time_s\", \"word\" is in, out or value by its name; \
+             say which, as --columns \"time_s=time_s,in=word\"",
+        ),
+        (
             "0.000,00000000,00000000\n",
             "",
             "line 1: no header: say which column is which by its number, as --columns \"time_ms=1,out=2,in=3\"",

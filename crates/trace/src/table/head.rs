@@ -348,7 +348,10 @@ fn example(names: &[String], row: Option<&&[u8]>, headless: bool) -> String {
         [only] => (None, Some(only)),
         [] => (None, None),
     };
-    let unit = time.and_then(|index| names.get(index)).and_then(|name| unit_apart(name).1);
+    let unit = time.and_then(|index| names.get(index)).and_then(|name| match recognise(name) {
+        Recognised::As(Meaning::Time(unit)) => Some(unit),
+        _ => unit_apart(name).1,
+    });
     let time_name = match (time.map(cell).and_then(Scale::of), unit) {
         (Some(_), _) => "time".to_owned(),
         (None, unit) => format!("time_{}", unit.unwrap_or(Unit::Ms).name()),
