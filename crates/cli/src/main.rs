@@ -8,7 +8,6 @@ mod backup;
 mod bus;
 mod calc;
 mod calculation;
-mod causes;
 mod check;
 mod completions;
 mod decode;

@@ -10,11 +10,11 @@ use encoring_host::referee::Vantage;
 use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::{Diagnosis, DiagnosticParameter, names};
 use encoring_station::FindingView;
+use encoring_station::causes::Caused;
 use encoring_words::Instant;
 use serde::Serialize;
 
 use crate::acknowledging::Acknowledging;
-use crate::causes::Caused;
 use crate::output::time::{seconds, span};
 
 /// Which date a time on the bus's clock is.

@@ -8,6 +8,7 @@ use clap::Args;
 use encoring_bus::watch::Plan;
 use encoring_bus::{Insight, LeftBit};
 use encoring_station::polled::{Onlooker, PollOptions, Polled};
+use encoring_station::view::LampsView;
 use encoring_station::{Permission, RingEvent, SharedWorld, Speed};
 use encoring_words::Duration;
 use serde::Serialize;
@@ -87,7 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let page = Page::alone(arguments.web.as_deref())?;
     let address = page.address()?;
     let mut opened = ring.open(Speed::REAL)?;
-    let subjects = arguments.subjects.subjects(&opened)?;
+    let (subjects, files) = arguments.subjects.described(&opened)?;
     let nature = if opened.is_simulated() && !ring.read_only { Nature::Simulated } else { Nature::Real };
     let web = arguments.access.options(address, nature)?;
     let patience = patience(arguments.patience, opened.timeout())?;
@@ -114,6 +115,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         bus: opened.address.clone(),
         simulated: opened.is_simulated(),
         subjects,
+        files,
         plan: Plan { every: arguments.poll, lasting: arguments.lasting.lasting },
         patience,
     });
@@ -171,6 +173,10 @@ impl Lines {
 impl Onlooker for Lines {
     fn insight(&self, position: usize) -> Option<Insight> {
         self.world.as_ref()?.insight(position)
+    }
+
+    fn lamps(&self, position: usize) -> Option<LampsView> {
+        self.world.as_ref()?.lamps(position)
     }
 
     fn is_over(&self) -> bool {

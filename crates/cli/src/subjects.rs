@@ -6,6 +6,7 @@ use std::path::Path;
 use clap::Args;
 use encoring_bus::watch::Subject;
 use encoring_bus::{Blind, Judge, Tolerance};
+use encoring_station::known::KnownFile;
 use encoring_words::model::{Sensor, SensorKind};
 use encoring_words::{Duration, Model};
 use encoring_workshop::{KeptEncoder, ParameterFile};
@@ -63,12 +64,17 @@ struct Asked {
 impl SubjectArguments {
     /// The encoders, each with who judges it.
     pub(crate) fn subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
-        let subjects = self.opened_subjects(opened)?;
-        self.concern(&subjects, opened.is_simulated())?;
-        Ok(subjects)
+        Ok(self.described(opened)?.0)
     }
 
-    fn opened_subjects(&self, opened: &Opened) -> Result<Vec<Subject>, Failure> {
+    /// The same, with what their files say.
+    pub(crate) fn described(&self, opened: &Opened) -> Result<(Vec<Subject>, Vec<KnownFile>), Failure> {
+        let (subjects, files): (Vec<_>, Vec<_>) = self.opened_subjects(opened)?.into_iter().unzip();
+        self.concern(&subjects, opened.is_simulated())?;
+        Ok((subjects, files.into_iter().flatten().collect()))
+    }
+
+    fn opened_subjects(&self, opened: &Opened) -> Result<Vec<(Subject, Option<KnownFile>)>, Failure> {
         match &opened.world {
             Some(world) => {
                 if !self.parameters.is_empty() {
@@ -81,7 +87,8 @@ impl SubjectArguments {
                 }
                 let all = (0..world.with(|world| world.places().len())).collect();
                 let at = self.at.clone().unwrap_or(Positions(all));
-                self.asked(&at)?.into_iter().map(|asked| self.simulated(opened, &asked)).collect()
+                let known = |asked| Ok((self.simulated(opened, &asked)?, None));
+                self.asked(&at)?.into_iter().map(known).collect()
             }
             None => {
                 let Some(at) = &self.at else {
@@ -189,7 +196,7 @@ impl SubjectArguments {
         Ok(Subject { position, judge })
     }
 
-    fn real(&self, asked: Asked) -> Result<Subject, Failure> {
+    fn real(&self, asked: Asked) -> Result<(Subject, Option<KnownFile>), Failure> {
         let Asked { position, model, native, rod_um, file } = asked;
         let from_file = file.as_ref().map(|(_, file)| file.model);
         let Some(model) = model.or(from_file) else {
@@ -216,7 +223,21 @@ impl SubjectArguments {
                  the type label"
             )));
         }
-        Ok(Subject { position, judge })
+        let file = file.map(|(name, kept)| known(position, &name, kept));
+        Ok((Subject { position, judge }, file))
+    }
+}
+
+/// What a file says of the encoder at a position, for whoever shows it.
+fn known(position: usize, name: &str, kept: KeptEncoder) -> KnownFile {
+    let shown = Path::new(name).file_name().map(|name| name.to_string_lossy().into_owned());
+    KnownFile {
+        position,
+        name: shown.unwrap_or_default(),
+        taken: kept.taken.map(|taken| taken.at),
+        serial: kept.label.serial,
+        label: kept.label.label,
+        values: kept.values,
     }
 }
 

@@ -11,6 +11,7 @@ use std::sync::atomic::AtomicBool;
 
 use clap::Args;
 use encoring_bus::watch::{Plan, Subject, Watch};
+use encoring_station::causes::Causes;
 use encoring_station::{SharedWorld, Speed};
 use encoring_words::Duration;
 use serde::Serialize;
@@ -18,7 +19,6 @@ use serde::Serialize;
 use crate::acknowledging::Acknowledging;
 use crate::arguments::{Lasting, Output, every};
 use crate::bus::AnyBus;
-use crate::causes::Causes;
 use crate::news::{Calendar, News, news};
 use crate::output::printer::Printer;
 use crate::output::time::seconds;
@@ -146,7 +146,7 @@ impl Watched<'_> {
         let seen = sights.iter().zip(self.watch.subjects());
         let seen = seen.map(|(sight, subject)| {
             let mut seen = Seen::new(sight, &subject.judge, lamps(sight.position));
-            seen.text.extend(self.causes.of(sight.position).map(str::to_owned));
+            seen.text.extend(self.causes.of(sight.position).map(ToString::to_string));
             seen
         });
         Some(Update { polls, seen: seen.collect(), news })

@@ -1,5 +1,6 @@
 //! What does not change of each encoder: what its model is and can.
 
+use encoring_station::known::KnownFile;
 use encoring_station::shown::ShownUnit;
 use encoring_words::model::{Allowed, Effect, Sensor, SensorKind};
 use serde::Serialize;
@@ -28,6 +29,17 @@ struct UnitView {
     /// The two pins that a plug must join so that the next device is found.
     jumper: Option<JumperView>,
     supply_mv: Option<(u32, u32)>,
+    /// What a file says of it.
+    file: Option<KnownFile>,
+    /// Why positions jump, and what helps, as the manual has it.
+    step_changes: Vec<StepChangeView>,
+}
+
+/// A cause of jumps.
+#[derive(Serialize)]
+struct StepChangeView {
+    cause: &'static str,
+    remedy: &'static str,
 }
 
 /// A connector, as its manual has it.
@@ -56,7 +68,7 @@ struct ServiceView {
 
 impl UnitView {
     fn of(unit: ShownUnit) -> Self {
-        let ShownUnit { position, model, sensor, firmware } = unit;
+        let ShownUnit { position, model, sensor, firmware, file } = unit;
         let (steps_per_turn, rod_um) = match sensor {
             Some(Sensor::Rotary { steps_per_turn }) => (Some(steps_per_turn), None),
             Some(Sensor::Linear { rod_um }) => (None, Some(rod_um)),
@@ -95,6 +107,12 @@ impl UnitView {
                 .next_device_jumper
                 .map(|(connector, from, to)| JumperView { connector, pins: (from, to) }),
             supply_mv: sheet.supply.map(|supply| supply.millivolts),
+            file,
+            step_changes: model
+                .step_changes()
+                .iter()
+                .map(|step| StepChangeView { cause: step.cause, remedy: step.remedy })
+                .collect(),
         }
     }
 }

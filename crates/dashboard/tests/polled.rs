@@ -14,9 +14,11 @@ use encoring_bus::watch::{Plan, Subject};
 use encoring_bus::{Bus, Insight, Judge, LeftBit, Tolerance};
 use encoring_dashboard::{WebOptions, start};
 use encoring_sim::{Scenario, World};
+use encoring_station::known::KnownFile;
 use encoring_station::polled::{Onlooker, PollOptions, Polled};
+use encoring_station::view::LampsView;
 use encoring_station::{Permission, RingEvent, Simulated, Speed};
-use encoring_words::{Duration, Model, OutWord};
+use encoring_words::{Duration, Model, OutWord, Parameter};
 use serde_json::{Value, json};
 
 /// Looks until it is told to end.
@@ -24,6 +26,10 @@ struct Until(Arc<AtomicBool>);
 
 impl Onlooker for Until {
     fn insight(&self, _position: usize) -> Option<Insight> {
+        None
+    }
+
+    fn lamps(&self, _position: usize) -> Option<LampsView> {
         None
     }
 
@@ -38,6 +44,18 @@ impl Onlooker for Until {
     }
 }
 
+/// What a backup says of position 2.
+fn file() -> KnownFile {
+    KnownFile {
+        position: 2,
+        name: "axis-2.toml".to_owned(),
+        taken: Some("2026-11-27T18:54:48Z".to_owned()),
+        serial: None,
+        label: None,
+        values: vec![(Parameter::MeasuringLength, 9_999)],
+    }
+}
+
 /// The page of positions 1 and 2 of the built-in ring, while `ask` has it; what stands on OUT afterwards.
 fn page(options: &WebOptions, ask: impl FnOnce(&Asked)) -> [OutWord; 2] {
     let mut bus = Simulated::new(World::new(&Scenario::built_in().unwrap()).unwrap(), Speed::Max);
@@ -48,6 +66,7 @@ fn page(options: &WebOptions, ask: impl FnOnce(&Asked)) -> [OutWord; 2] {
         bus: "modbus-tcp://a-gateway".to_owned(),
         simulated: false,
         subjects: [(1, Model::Ce100M), (2, Model::Ce65M)].map(subject).into(),
+        files: vec![file()],
         plan: Plan { every: Duration::from_millis(10), lasting: None },
         patience: Duration::from_secs(2),
     });
@@ -135,4 +154,39 @@ fn a_word_is_written_whole_and_seen_by_the_next_poll() {
         assert_eq!((change["out_step"].clone(), change["unseen"].clone()), (json!(1), json!([])));
     });
     assert_eq!(out, [OutWord(0), OutWord(0x4200_270F)]);
+}
+
+#[test]
+fn what_is_known_of_parameters_is_shown_with_how_it_is_known_and_nothing_else() {
+    // [R79, C7]
+    page(&free(), |page| {
+        assert_eq!(page.get("/api/units").json()[1]["file"]["name"], "axis-2.toml");
+        let shown = || page.get("/api/state").json()["ring"]["devices"]["2"].clone();
+        let length = |device: &Value| device["parameters"][1].clone();
+        let before = shown();
+        let said = json!({ "value": 9_999, "from": "file", "time_ns": null });
+        assert_eq!(
+            length(&before),
+            json!({ "service": 2, "programmed": null, "accepted": null, "active": said })
+        );
+        assert_eq!(before["data_check"], Value::Null);
+        let serve = |service: u8| {
+            page.command(&json!({ "verb": "service", "position": 2, "service": service })).json()["reply"]["data"]
+                .clone()
+        };
+        let read: Vec<Value> = [1, 2, 3, 9, 13].into_iter().map(serve).collect();
+        while shown()["data_check"] != "0000" {}
+        let known = shown();
+        let programmed: Vec<&Value> = known["parameters"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|known| &known["programmed"]["value"])
+            .collect();
+        assert_eq!(programmed, read.iter().collect::<Vec<_>>());
+        assert_eq!(length(&known)["active"], said, "a read says nothing of what is active");
+        assert_eq!(serve(8), 0);
+        while length(&shown())["accepted"]["from"] != "check" {}
+        assert_eq!(length(&shown())["active"]["value"], read[1]);
+    });
 }

@@ -5,6 +5,7 @@ use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration as Real;
 
+use encoring_diagnosis::FoundView;
 use encoring_ring::diagnostics::FaultPlace;
 use encoring_ring::{Master, Verdict};
 use encoring_words::{Duration, Instant, OutWord};
@@ -130,6 +131,19 @@ pub enum Happened {
         /// What its word is worth.
         verdict: &'static str,
     },
+    /// Why the position has jumped, a few polls behind the jump.
+    JumpCause {
+        /// The ring position of the encoder.
+        position: usize,
+        /// What was found.
+        #[serde(flatten)]
+        found: Box<FoundView>,
+    },
+    /// Somebody knows why a position has jumped: the next one is taken as it comes.
+    Acknowledged {
+        /// The ring position of the encoder.
+        position: usize,
+    },
     /// After a service from here the service bit was not seen gone.
     ServiceBitLeft {
         /// The ring position of the encoder.
@@ -215,6 +229,13 @@ impl fmt::Display for RingEvent {
             Happened::MasterUnread => f.write_str("what the ring's master says could not be read"),
             Happened::Doubted { position, verdict } => {
                 write!(f, "position {position}: {}", verdict.replace('_', " "))
+            }
+            Happened::JumpCause { position, found } => write!(f, "position {position}: {found}"),
+            Happened::Acknowledged { position } => {
+                write!(
+                    f,
+                    "position {position}: the jump was acknowledged: the next position is taken as it comes"
+                )
             }
             Happened::ServiceBitLeft { position, out } => write!(
                 f,

@@ -27,12 +27,14 @@
 
 pub mod answer;
 mod bus_seen;
+pub mod causes;
 pub mod controlled;
 pub mod events;
 pub mod finding;
 pub mod history;
 mod json;
 pub mod keeper;
+pub mod known;
 pub mod pace;
 pub mod polled;
 pub mod polled_view;

@@ -12,18 +12,21 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use encoring_bus::watch::{Plan, Poll, Sight, Subject, Watch};
-use encoring_bus::{Bus, EncoderMaster, Insight, LeftBit, Link, MasterError, RingNews};
+use encoring_bus::{Bus, EncoderMaster, Insight, Judgement, LeftBit, Link, MasterError, RingNews};
 use encoring_host::{Outcome, Request, Services};
 use encoring_words::{Duration, InWord, Instant, Model, OutWord};
 use serde_json::Value;
 
 use crate::answer::{ToldBack, told_back};
+use crate::causes::{Caused, Causes};
 use crate::events::{Events, Happened, Kept, RingEvent};
 use crate::history::{Looks, Watched, WordHistory};
-use crate::polled_view::{self, LinkView, PolledView};
+use crate::known::{KnownEncoder, KnownFile};
+use crate::polled_view::{self, Beside, LinkView, PolledView};
 use crate::shown::{AboutRing, ShownRing, ShownUnit};
 use crate::station::RingStopped;
 use crate::verbs::{Command, Encoders, Given, Permission, Refused, given};
+use crate::view::LampsView;
 
 /// How many requests may wait for the next poll to be over; whoever asks more waits too.
 const REQUESTS_WAITING: usize = 64;
@@ -37,6 +40,8 @@ pub struct PollOptions {
     pub simulated: bool,
     /// The encoders, each with its judge.
     pub subjects: Vec<Subject>,
+    /// What files say of them.
+    pub files: Vec<KnownFile>,
     /// When the polls are made.
     pub plan: Plan,
     /// How long each step of a service may take.
@@ -47,6 +52,9 @@ pub struct PollOptions {
 pub trait Onlooker {
     /// What is known of an encoder whose insides can be seen.
     fn insight(&self, position: usize) -> Option<Insight>;
+
+    /// The lamps of an encoder whose insides can be seen.
+    fn lamps(&self, position: usize) -> Option<LampsView>;
 
     /// Whether it is to end.
     fn is_over(&self) -> bool;
@@ -69,6 +77,9 @@ pub struct Polled {
     plan: Plan,
     patience: Duration,
     watched: Watched,
+    /// Of each encoder what is known of its parameters, in the order of the positions.
+    known: Vec<KnownEncoder>,
+    causes: Causes,
     events: Events,
     requests: Receiver<Asked>,
     /// That no connection can be made was told.
@@ -120,16 +131,23 @@ impl Polled {
     /// A ring of which nothing was seen yet.
     #[must_use]
     pub fn new(options: PollOptions) -> Self {
-        let PollOptions { bus, simulated, subjects, plan, patience } = options;
+        let PollOptions { bus, simulated, mut subjects, files, plan, patience } = options;
+        subjects.sort_by_key(|subject| subject.position);
+        let file_of = |position| files.iter().find(|file| file.position == position);
         let (requests, waiting) = sync_channel(REQUESTS_WAITING);
         let unit = |subject: &Subject| ShownUnit {
             position: subject.position,
             model: subject.judge.model(),
             sensor: subject.judge.sensor(),
             firmware: None,
+            file: file_of(subject.position).cloned(),
         };
-        let mut units: Vec<ShownUnit> = subjects.iter().map(unit).collect();
-        units.sort_by_key(|unit| unit.position);
+        let units: Vec<ShownUnit> = subjects.iter().map(unit).collect();
+        let known = |subject: &Subject| {
+            let values = file_of(subject.position).map_or(&[][..], |file| &file.values);
+            KnownEncoder::new(subject.judge.model(), subject.judge.sensor(), values)
+        };
+        let known = subjects.iter().map(known).collect();
         let placed: Vec<_> = units.iter().map(|unit| (unit.position, unit.model)).collect();
         // The history counts from 0, whichever encoders are looked at.
         let places = placed.last().map_or(0, |(last, _)| last + 1);
@@ -150,6 +168,8 @@ impl Polled {
             plan,
             patience,
             watched,
+            known,
+            causes: Causes::default(),
             events,
             requests: waiting,
             failed: false,
@@ -177,7 +197,14 @@ impl Polled {
         let mut told = 0;
         while let Some(poll) = watch.poll_with(|position| onlooker.insight(position)) {
             self.take(poll);
-            let view = PolledView::of(&watch, self.ring.view().link.clone(), self.plan.every);
+            self.learn(watch.latest(), watch.subjects(), onlooker);
+            let beside = Beside {
+                known: &self.known,
+                causes: &self.causes,
+                lamps: &|position| onlooker.lamps(position),
+            };
+            let link = self.ring.view().link.clone();
+            let view = PolledView::of(&watch, link, self.plan.every, &beside);
             *self.ring.view() = view;
             while let Ok(asked) = self.requests.try_recv() {
                 self.carry_out(asked, &mut watch, stop, onlooker);
@@ -189,6 +216,9 @@ impl Polled {
                 break;
             }
         }
+        let rest = self.causes.rest(watch.subjects());
+        self.tell_causes(watch.now(), rest);
+        onlooker.happened(&self.events.kept().since(told).unwrap_or_default())?;
         let (time_ns, polls) = (watch.now().as_nanos(), watch.polls());
         Ok(PolledEnd { time_ns, polls, answered: !watch.is_unanswered() })
     }
@@ -212,9 +242,36 @@ impl Polled {
                 self.events.push(sight.at, Happened::Doubted { position, verdict });
             }
         }
+        for position in &poll.acknowledged {
+            self.events.push(poll.at, Happened::Acknowledged { position: *position });
+        }
         for (position, finding) in &poll.findings {
             let finding = polled_view::finding(*position, finding);
             self.events.push(poll.at, Happened::Finding(Box::new(finding)));
+        }
+    }
+
+    /// Takes what the words of a poll tell of parameters and of jumps.
+    fn learn(&mut self, poll: &Poll, subjects: &[Subject], onlooker: &impl Onlooker) {
+        for (sight, known) in poll.sights.iter().zip(&mut self.known) {
+            match (&sight.verdict, sight.input) {
+                (Judgement::RingStopped(_) | Judgement::Stale { .. } | Judgement::NoAnswer(_), _)
+                | (_, None) => {
+                    known.lost();
+                }
+                (_, Some(input)) => known.saw(sight.at, input),
+            }
+            if let Some(Insight { active, .. }) = onlooker.insight(sight.position) {
+                known.inside(sight.at, &active);
+            }
+        }
+        let told = self.causes.take(poll, subjects);
+        self.tell_causes(poll.at, told);
+    }
+
+    fn tell_causes(&mut self, at: Instant, told: Vec<Caused>) {
+        for Caused { position, found } in told {
+            self.events.push(at, Happened::JumpCause { position, found: Box::new(found) });
         }
     }
 
@@ -267,12 +324,17 @@ impl Polled {
         stop: &Arc<AtomicBool>,
         onlooker: &impl Onlooker,
     ) -> Result<Outcome, MasterError> {
-        let Self { watched, events, patience, .. } = self;
+        let Self { ring, watched, known, events, patience, .. } = self;
+        let place = ring.0.placed.iter().position(|(place, _)| *place == position);
+        let mut known = place.and_then(|place| known.get_mut(place));
         let mut master = EncoderMaster::new(bus, position, *patience, Arc::clone(stop))?;
         onlooker.serving(position, master.left());
         master.observe(|look| {
             if let Some(input) = look.input {
                 watched.saw(look.at, position, look.out, input);
+                if let Some(known) = &mut known {
+                    known.saw(look.at, input);
+                }
             }
         });
         let served = master.serve(request);

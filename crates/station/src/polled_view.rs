@@ -2,16 +2,21 @@
 
 use std::fmt;
 
-use encoring_bus::watch::{HandshakePhase, Sight, TOLD_BY_POLLS, Watch};
+use encoring_bus::watch::{HandshakePhase, Sight, Subject, TOLD_BY_POLLS, Watch};
 use encoring_bus::{Blind, Bus, BusError, Cause, Judgement, Link};
+use encoring_diagnosis::FoundView;
 use encoring_host::referee::{Finding, HandshakeRule, RULES, Vantage};
+use encoring_host::validity::Why;
 use encoring_ring::diagnostics::Diagnosis;
-use encoring_words::{Duration, InWord, Model, OutWord};
+use encoring_words::{Duration, ErrorStatus, InWord, Model, OutWord};
 use serde::Serialize;
 
+use crate::causes::Causes;
 use crate::finding::FindingView;
 use crate::json;
+use crate::known::{KnownEncoder, KnownParameter};
 use crate::refereeing::RefereeView;
+use crate::view::LampsView;
 
 /// A ring behind a bus, as the last poll saw it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -88,6 +93,63 @@ pub struct PolledDevice {
     pub error: bool,
     /// Where a service stands: `normal`, `busy`, `acknowledged`, `ending`, or `unknown`.
     pub handshake: &'static str,
+    /// What is impossible of an implausible position.
+    pub why: Option<WhyView>,
+    /// What was found of the jump that makes it implausible.
+    pub likely: Option<FoundView>,
+    /// The error status, if a data check has told it since the error bit is set.
+    #[serde(serialize_with = "json::status_if_on")]
+    pub status: Option<ErrorStatus>,
+    /// The largest position, as far as the judge knows it.
+    pub measuring_length: Option<u32>,
+    /// What is known of its parameters.
+    pub parameters: Vec<KnownParameter>,
+    /// What a data check would find in the programmed values, if enough of them is known.
+    #[serde(serialize_with = "json::status_if_on")]
+    pub data_check: Option<ErrorStatus>,
+    /// Its lamps, of a simulated one.
+    pub lamps: Option<LampsView>,
+}
+
+/// What is impossible of a position, in numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct WhyView {
+    /// The last plausible position.
+    pub from: Option<u32>,
+    /// The one that is not.
+    pub to: Option<u32>,
+    /// The most time that there was for the way.
+    pub within_ns: Option<u64>,
+    /// The largest position that there is.
+    pub measuring_length: Option<u32>,
+}
+
+/// What is known beside the words of an encoder.
+pub(crate) struct Beside<'a> {
+    pub(crate) known: &'a [KnownEncoder],
+    pub(crate) causes: &'a Causes,
+    pub(crate) lamps: &'a dyn Fn(usize) -> Option<LampsView>,
+}
+
+impl WhyView {
+    fn of(why: &Why) -> Self {
+        match *why {
+            Why::Foreign(_) => Self::default(),
+            Why::Range { value, measuring_length } => {
+                Self { to: Some(value), measuring_length: Some(measuring_length), ..Self::default() }
+            }
+            Why::OffTheRod { from, to, measuring_length } => Self {
+                from: Some(from),
+                to: Some(to),
+                measuring_length: Some(measuring_length),
+                ..Self::default()
+            },
+            Why::Speed { from, to, within } => {
+                Self { from: Some(from), to: Some(to), within_ns: Some(within.as_nanos()), ..Self::default() }
+            }
+            Why::Acceleration { from, to } => Self { from: Some(from), to: Some(to), ..Self::default() },
+        }
+    }
 }
 
 impl fmt::Display for MasterSays {
@@ -138,18 +200,26 @@ impl PolledView {
     }
 
     /// After a poll.
-    pub(crate) fn of<B: Bus + ?Sized>(watch: &Watch<'_, B>, link: LinkView, every: Duration) -> Self {
+    pub(crate) fn of<B: Bus + ?Sized>(
+        watch: &Watch<'_, B>,
+        link: LinkView,
+        every: Duration,
+        beside: &Beside<'_>,
+    ) -> Self {
         let poll = watch.last();
         let line = match poll.diagnosis.reaches(0) {
             Some(true) => "good",
             Some(false) => "silent",
             None => "untold",
         };
-        let subjects = watch.subjects().iter();
-        let devices =
-            poll.sights.iter().zip(subjects).map(|(sight, subject)| {
-                PolledDevice::of(sight, subject.judge.model(), subject.judge.blind())
-            });
+        let seen = poll.sights.iter().zip(watch.subjects()).zip(beside.known);
+        let devices = seen.map(|((sight, subject), known)| PolledDevice {
+            likely: beside.causes.of(sight.position).cloned(),
+            parameters: known.parameters(),
+            data_check: known.data_check(),
+            lamps: (beside.lamps)(sight.position),
+            ..PolledDevice::of(sight, subject)
+        });
         // Those that polls can judge.
         let findings = watch.referees().findings().filter(|(_, found)| TOLD_BY_POLLS.contains(&found.rule));
         let not_judged = RULES.into_iter().filter(|rule| !TOLD_BY_POLLS.contains(rule));
@@ -188,13 +258,23 @@ impl PolledDevice {
             blind: Vec::new(),
             error: false,
             handshake: "unknown",
+            why: None,
+            likely: None,
+            status: None,
+            measuring_length: None,
+            parameters: Vec::new(),
+            data_check: None,
+            lamps: None,
         }
     }
 
-    fn of(sight: &Sight, model: Model, blind: &[Blind]) -> Self {
-        let text = match &sight.verdict {
-            Judgement::NoAnswer(error) => Some(error.to_string()),
-            _ => None,
+    fn of(sight: &Sight, subject: &Subject) -> Self {
+        let judge = &subject.judge;
+        let (text, why, status) = match &sight.verdict {
+            Judgement::NoAnswer(error) => (Some(error.to_string()), None, None),
+            Judgement::Implausible(why) => (None, Some(WhyView::of(why)), None),
+            Judgement::Faulty(status) => (None, None, *status),
+            _ => (None, None, None),
         };
         Self {
             out: sight.out,
@@ -203,7 +283,7 @@ impl PolledDevice {
             value: sight.verdict.value(),
             verdict: sight.verdict.word(),
             text,
-            blind: blind.iter().map(|blind| blind.name()).collect(),
+            blind: judge.blind().iter().copied().map(Blind::name).collect(),
             error: sight.input.is_some_and(|input| !input.service_bit() && input.error_bit()),
             handshake: match sight.phase() {
                 None => "unknown",
@@ -212,7 +292,10 @@ impl PolledDevice {
                 Some(HandshakePhase::Acknowledged) => "acknowledged",
                 Some(HandshakePhase::Ending) => "ending",
             },
-            ..Self::unseen(sight.position, model)
+            why,
+            status,
+            measuring_length: judge.measuring_length(),
+            ..Self::unseen(sight.position, judge.model())
         }
     }
 }

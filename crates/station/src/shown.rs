@@ -9,6 +9,7 @@ use crate::answer::{ToldBack, answer_within};
 use crate::controlled::Controlled;
 use crate::events::RingEvent;
 use crate::history::WordHistory;
+use crate::known::KnownFile;
 use crate::station::RingStopped;
 use crate::verbs::Permission;
 
@@ -61,6 +62,8 @@ pub struct ShownUnit {
     pub sensor: Option<Sensor>,
     /// Week of its firmware, if that is known.
     pub firmware: Option<String>,
+    /// The file that says something of it.
+    pub file: Option<KnownFile>,
 }
 
 impl ShownRing for Controlled {
@@ -74,6 +77,7 @@ impl ShownRing for Controlled {
             model: unit.model(),
             sensor: Some(unit.sensor()),
             firmware: Some(unit.firmware.to_string()),
+            file: None,
         });
         units.collect()
     }

@@ -3,7 +3,7 @@
 import { newest } from "./api.js";
 import { connectors } from "./connectors.js";
 import { attribute, h, put, s, toggle } from "./dom.js";
-import { worth } from "./ring.js";
+import { create as create_polled } from "./polled.js";
 import { number, span, t } from "./texts.js";
 import { binary, gray, hex, place } from "./words.js";
 
@@ -130,10 +130,14 @@ function position(context) {
   };
 }
 
-/** The status bits of a word in words. */
+/** The status bits that have a remedy. */
+const WITH_REMEDY = [0, 1, 2, 3, 5, 7, 8, 9, 13, 14];
+
+/** The status bits of a word in words, each with what helps where the manuals say it. */
 export function status_texts(status) {
   const word = Number.parseInt(status, 16);
-  return Array.from({ length: 16 }, (_, bit) => bit).filter((bit) => (word >> bit) & 1).map((bit) => `2^${bit}: ${t(`status.${bit}`)}`);
+  const set = Array.from({ length: 16 }, (_, bit) => bit).filter((bit) => (word >> bit) & 1);
+  return set.map((bit) => `2^${bit}: ${t(`status.${bit}`)}${WITH_REMEDY.includes(bit) ? `; ${t(`remedy.${bit}`)}` : ""}`);
 }
 
 function parameters(context) {
@@ -198,7 +202,8 @@ function ssi(context, set) {
   };
 }
 
-function sheet({ unit }) {
+/** The data sheet of its model. */
+export function sheet({ unit }) {
   const services = unit.services.map(({ number: service, read, write, range }) => {
     const access = [read ? t("access.read") : null, write ? t("access.write") : null].filter(Boolean).join(", ");
     return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", { class: "whole" }, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
@@ -212,50 +217,13 @@ function sheet({ unit }) {
     connectors(unit), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
 }
 
-/** An encoder behind a bus: what its word is worth, and what nobody can judge. */
-function polled_view(context) {
-  const rows = ["steps", "hex", "binary", "gray", "in", "out", "age"].map((name) => [name, h("td", { class: "mono", "data-row": name })]);
-  const cells = Object.fromEntries(rows);
-  const big = h("p", { class: "big mono", id: "value" });
-  const verdict = h("p", { id: "verdict" });
-  const blind = h("ul", { class: "small", id: "blind" });
-  const known = h("button", { id: "acknowledge", onclick: () => context.order({ verb: "acknowledge", position: context.position }) }, t("acknowledge"));
-  const shown = h("section", { class: "card double" }, h("h3", {}, t("position")), big, verdict, h("p", {}, known), blind,
-    h("table", {}, h("tbody", {}, rows.map(([name, cell]) => h("tr", {}, h("th", { scope: "row" }, t(`position.${name}`)), cell)))));
-  const element = h("div", {}, h("h2", {}, t("view.encoder")), h("div", { class: "row" }, context.choice()), h("div", { class: "grid" }, shown, sheet(context)));
-  let unknown = null;
-  return {
-    element,
-    update({ ring }) {
-      const device = ring.devices[context.position];
-      const there = device.value != null;
-      put(big, there ? number(device.value) : "-");
-      put(verdict, device.text == null ? t(`worth.${device.verdict}`) : `${t(`worth.${device.verdict}`)} (${device.text})`);
-      attribute(verdict, "class", worth(device.verdict));
-      known.hidden = !device.verdict.startsWith("implausible_");
-      put(cells.steps, there ? String(device.value) : "-");
-      put(cells.hex, there ? `${hex(device.value, 6)}h` : "-");
-      put(cells.binary, there ? binary(device.value) : "-");
-      put(cells.gray, there ? binary(gray(device.value)) : "-");
-      put(cells.in, device.in ?? "-");
-      put(cells.out, device.out ?? "-");
-      put(cells.age, device.age_ns == null ? "-" : span(device.age_ns));
-      const is = device.blind.join();
-      if (is !== unknown) {
-        unknown = is;
-        blind.replaceChildren(...device.blind.map((name) => h("li", {}, t(`blind.${name}`))));
-      }
-    },
-  };
-}
-
 /** A page that only shows moves nothing. */
 function element_controls(...parts) {
   parts.forEach((part) => attribute(part, "inert", ""));
 }
 
 export function create(context) {
-  if (context.polled) return polled_view(context);
+  if (context.polled) return create_polled(context);
   const send = newest((values) => context.order({ verb: "set", position: context.position, set: values }));
   const hand = context.unit.rod_um == null ? dial(context, send) : rod(context, send);
   const parts = [hand, position(context), surroundings(context, send), parameters(context), memory()];

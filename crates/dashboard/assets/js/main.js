@@ -5,6 +5,7 @@ import { attribute, h, put } from "./dom.js";
 import { LANGUAGES, number, span, speak, t, usual } from "./texts.js";
 import { hex, searches } from "./words.js";
 import { ask } from "./ask.js";
+import * as clock from "./clock.js";
 import * as diagnosis from "./diagnosis.js";
 import * as encoder from "./encoder.js";
 import * as handshake from "./handshake.js";
@@ -18,6 +19,9 @@ const VIEWS = { ring, encoder, handshake, trend, diagnosis, lessons };
 const OF_SIMULATION = ["lessons"];
 const OF_ENCODER = ["encoder", "handshake", "trend"];
 const page = { state: null, units: [], about: null, view: null, connected: false };
+
+/** So long without a poll is said. */
+const POLL_LATE_MS = 1000;
 
 /** A ring that is looked at by polls. */
 const polled = () => page.about.poll_ns != null;
@@ -39,10 +43,17 @@ function asked(verb) {
   return t(verb.value == null ? "ask.read" : "ask.write", what);
 }
 
+/** Whoever writes to a real ring is asked first. */
+const agreed = async (question) => !polled() || page.about.simulated || ask(question);
+
 /** Has a verb carried out, and tells why not. On a real ring whoever writes is asked first. */
 async function order(verb) {
   const writes = ["out", "service"].includes(verb.verb);
-  if (writes && polled() && !page.about.simulated && !(await ask(asked(verb)))) return null;
+  return writes && !(await agreed(asked(verb))) ? null : carry_out(verb);
+}
+
+/** Has a verb carried out that was agreed to, and tells why not. */
+async function carry_out(verb) {
   try {
     return await api.command(verb);
   } catch (error) {
@@ -82,7 +93,7 @@ function show() {
   page.view?.leave?.();
   navigation(current);
   const { may_change } = page.about;
-  const context = { ...current, units: page.units, about: page.about, polled: polled(), may_change, order, say, choice: () => choice(current) };
+  const context = { ...current, units: page.units, about: page.about, polled: polled(), may_change, order, agreed, carry_out, say, choice: () => choice(current) };
   page.view = VIEWS[current.name].create(context);
   document.getElementById("main").replaceChildren(page.view.element);
   document.title = `${t(`view.${current.name}`)} - Encoring`;
@@ -99,9 +110,13 @@ function cycles_of(seen) {
 
 /** A ring behind a bus: which, how often it is looked at, and whether anybody answers. */
 function polls({ polls: made, poll_ns, link }) {
-  const there = link.up === false ? t("bus.down", { cause: t(`worth.${link.cause}`) }) : t("bus.up");
-  return [page.about.bus, page.about.simulated ? t("bus.simulated") : t("bus.real"),
-    t(page.about.may_change ? "bus.asks" : "bus.reads"), t("bus.polls", { polls: number(made), every: span(poll_ns) }), there];
+  const facts = [page.about.bus, page.about.simulated ? t("bus.simulated") : t("bus.real"),
+    t(page.about.may_change ? "bus.asks" : "bus.reads"), t("bus.polls", { polls: number(made), every: span(poll_ns) })];
+  // A poll that waits for an answer makes the last one old.
+  const ago = clock.since_last();
+  if (ago > POLL_LATE_MS) facts.push(t("bus.late", { ago: span(ago * 1e6) }));
+  if (link.up != null) facts.push(link.up ? t("bus.up") : t("bus.down", { cause: t(`worth.${link.cause}`) }));
+  return facts;
 }
 
 /** What the last data cycle says, or that the master looks for a fault: then no data come. */
@@ -177,7 +192,7 @@ async function begin() {
   addEventListener("hashchange", show);
   trend.collect(page);
   api.follow(
-    (state) => { page.state = state; trend.seen(state); lessons.watch(state); soon(); },
+    (state) => { page.state = state; clock.now(state.ring.time_ns); trend.seen(state); lessons.watch(state); soon(); },
     (connected) => { page.connected = connected; soon(); },
   );
 }

@@ -3,6 +3,8 @@
 import { happened } from "./api.js";
 import { connectors, jumper_text } from "./connectors.js";
 import { attribute, h, put, toggle } from "./dom.js";
+import { clock } from "./clock.js";
+import { likely_text, reasons } from "./polled.js";
 import { number, span, t } from "./texts.js";
 
 const REGISTER = ["SS_INFO", "QUALITY", "WARN", "DC_RESULT", "SY_RESULT", "RESULT", "BASP", "BSA", "READY", "ACTIVE", "RUN", "DETECT", "CTRL", "BUS", "PF", "USER"];
@@ -27,6 +29,7 @@ export function parameter_text(text) {
 export function event_text(event) {
   const values = { ...event, verdict: event.event === "doubted" ? t(`worth.${event.verdict}`) : "", says: event.parameter == null ? "" : parameter_text(event.parameter) };
   const place = event.event === "search_found" ? `event.search_found.${event.fault}` : `event.${event.event}`;
+  if (event.event === "jump_cause") return t("event.jump_cause", { position: event.position, found: likely_text(event) });
   const rule = event.event === "finding" ? t(`broken.${event.rule}`) : "";
   return t(place, { ...values, rule, parameter: event.parameter_hex ?? "", cycles: event.cycles == null ? "" : number(event.cycles) });
 }
@@ -135,9 +138,10 @@ function seen_device(unit) {
   const { position } = unit;
   const value = h("p", { class: "big mono", "data-value": position });
   const verdict = h("p", { "data-verdict": position });
+  const why = h("p", { class: "small" });
   const [out, input] = [h("p", { class: "small mono" }), h("p", { class: "small mono" })];
   const element = h("section", { class: "card", "data-device": position, "aria-label": t("encoder.at", { position, title: unit.title }) },
-    h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))), value, verdict, out, input,
+    h("h3", {}, h("a", { href: `#encoder/${position}` }, t("encoder.at", { position, title: unit.title }))), value, verdict, why, out, input,
     h("p", { class: "small" }, h("a", { href: `#handshake/${position}` }, t("view.handshake"))));
   return {
     element,
@@ -146,6 +150,7 @@ function seen_device(unit) {
       put(value, seen.value == null ? "-" : number(seen.value));
       put(verdict, t(`worth.${seen.verdict}`));
       attribute(verdict, "class", worth(seen.verdict));
+      put(why, reasons(seen, ring)[0]);
       put(out, `OUT ${seen.out ?? "-"}`);
       put(input, `IN  ${seen.in ?? "-"}`);
     },
@@ -155,8 +160,8 @@ function seen_device(unit) {
 /** Whether a verdict is good news. */
 export const worth = (verdict) => (verdict === "valid" ? "good" : ["unchecked", "in_service", "unseen"].includes(verdict) ? "warn" : "bad");
 
-/** What has happened, the newest first. */
-function events() {
+/** What has happened, the newest first; of a real ring with the time of the day. */
+function events(context) {
   const list = h("ul", { class: "plain list", id: "events" });
   const element = h("section", { class: "card wide" }, h("h3", {}, t("happened")), list);
   let next = 0;
@@ -170,7 +175,7 @@ function events() {
       for (const event of await happened(next)) {
         none.remove();
         next = event.number + 1;
-        list.prepend(h("li", {}, h("span", { class: "mono small soft" }, `${span(event.time_ns)}  `), event_text(event)));
+        list.prepend(h("li", {}, h("span", { class: "mono small soft" }, `${context.polled ? clock(event.time_ns) : span(event.time_ns)}  `), event_text(event)));
         while (list.children.length > 200) list.lastChild.remove();
       }
     } catch { /* the strip says that there is no connection */ }
@@ -184,7 +189,7 @@ function events() {
 /** A ring behind a bus: nobody can see its cables, and nobody can break them from here. */
 function polled_view(context, parts, item, ring, rows) {
   context.units.forEach((unit) => item(seen_device(unit)));
-  const told = events();
+  const told = events(context);
   ring.append(h("li", {}, parts[0].element), ...rows);
   const link = h("p", { id: "link" });
   const element = h("div", {}, h("h2", {}, t("view.ring")), h("p", { class: "soft" }, t("ring.polled", { bus: context.about.bus })), link,
@@ -209,7 +214,7 @@ export function create(context) {
   if (context.polled) return polled_view(context, parts, item, ring, rows);
   context.units.forEach((unit, at) => item(segment(context, at), device(context, unit)));
   item(segment(context, context.units.length));
-  const told = events();
+  const told = events(context);
   ring.append(h("li", {}, parts[0].element), ...rows);
   const element = h("div", {}, h("h2", {}, t("view.ring")), h("p", { class: "soft" }, t("ring.intro")),
     h("div", { class: "card" }, ring, h("p", { class: "small soft" }, t("ring.home"))), h("div", { class: "grid" }, told.element));

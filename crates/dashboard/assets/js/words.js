@@ -41,17 +41,25 @@ export function value(text) {
   return /^[0-9]+$/.test(written) ? Number(written) : NaN;
 }
 
-/** What an active parameter is. */
+/** What an active parameter is; undefined where it is not known, or the model has none. */
 export function active(device, service) {
-  return device.parameters.find((parameter) => parameter.service === service)?.active;
+  const known = device.parameters?.find((parameter) => parameter.service === service)?.active;
+  // Of an encoder that is only looked at it stands with how it is known.
+  return known?.value ?? (typeof known === "number" ? known : undefined);
 }
+
+/** The turns of every shaft, where the model has no numerator. */
+const SENSOR_TURNS = 4096;
 
 /** The position in degrees and turns, or in millimetres. */
 export function place(device, unit) {
-  if (device.value == null || device.parameters == null) return null;
   const length = active(device, 2);
-  if (unit.kind === "linear") return { mm: (device.value * unit.rod_um) / 1000 / length };
-  const turns = active(device, 3) / active(device, 9);
+  if (device.value == null || length == null) return null;
+  if (unit.kind === "linear") return unit.rod_um == null ? null : { mm: (device.value * unit.rod_um) / 1000 / length };
+  const has = (service) => unit.services.some(({ number }) => number === service);
+  const [numerator, denominator] = [[3, SENSOR_TURNS], [9, 1]].map(([service, lacking]) => (has(service) ? active(device, service) : lacking));
+  if (numerator == null || denominator == null) return null;
+  const turns = numerator / denominator;
   const all = (device.value * turns) / (length + 1);
   return { turns: Math.floor(all), degrees: (all % 1) * 360 };
 }

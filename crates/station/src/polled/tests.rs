@@ -19,6 +19,10 @@ impl Onlooker for Until {
         None
     }
 
+    fn lamps(&self, _position: usize) -> Option<LampsView> {
+        None
+    }
+
     fn is_over(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -45,6 +49,7 @@ fn looked_at<T>(ask: impl FnOnce(&PolledRing) -> T) -> (T, Simulated) {
         bus: "sim".to_owned(),
         simulated: true,
         subjects: models.iter().enumerate().map(subject).collect(),
+        files: Vec::new(),
         plan: Plan { every: Duration::from_millis(10), lasting: None },
         patience: Duration::from_secs(2),
     });

@@ -63,7 +63,7 @@ fn a_cause_stands_beside_the_verdict_as_long_as_that_stands() {
     (0..400).for_each(|number| drop(causes.take(&poll(number), &subjects)));
     assert_eq!(causes.of(4), None);
     (400..530).for_each(|number| drop(causes.take(&poll(number), &subjects)));
-    assert!(causes.of(4).unwrap().starts_with("cause of the jump: "), "{causes:?}");
+    assert!(causes.of(4).unwrap().to_string().starts_with("cause of the jump: "), "{causes:?}");
     (0..1).for_each(|number| drop(causes.take(&poll(number), &subjects)));
     assert_eq!(causes.of(4), None);
 }

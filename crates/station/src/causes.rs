@@ -12,22 +12,24 @@ use encoring_host::validity::Stop;
 
 /// A cause that was found, and of which encoder.
 #[derive(Clone, Debug)]
-pub(crate) struct Caused {
-    pub(crate) position: usize,
-    pub(crate) found: FoundView,
+pub struct Caused {
+    /// Its ring position.
+    pub position: usize,
+    /// The cause.
+    pub found: FoundView,
 }
 
 /// Looks on at the polls.
 #[derive(Debug, Default)]
-pub(crate) struct Causes {
+pub struct Causes {
     recent: Recent,
     /// What was found of encoders whose positions are implausible now.
-    standing: BTreeMap<usize, String>,
+    standing: BTreeMap<usize, FoundView>,
 }
 
 impl Causes {
     /// Takes what a poll brought; returns the causes that have become known.
-    pub(crate) fn take(&mut self, poll: &Poll, subjects: &[Subject]) -> Vec<Caused> {
+    pub fn take(&mut self, poll: &Poll, subjects: &[Subject]) -> Vec<Caused> {
         let mut told = Vec::new();
         for (sight, subject) in poll.sights.iter().zip(subjects) {
             let Ok(position) = u8::try_from(sight.position) else { continue };
@@ -45,7 +47,8 @@ impl Causes {
     }
 
     /// The causes of the jumps that are still waited for: no poll comes any more.
-    pub(crate) fn rest(&mut self, subjects: &[Subject]) -> Vec<Caused> {
+    #[must_use]
+    pub fn rest(&mut self, subjects: &[Subject]) -> Vec<Caused> {
         let caused = |subject: &Subject| {
             let position = u8::try_from(subject.position).ok()?;
             let episode = self.recent.cause_so_far(position, &options(&subject.judge))?;
@@ -55,14 +58,15 @@ impl Causes {
     }
 
     /// What was found of an encoder whose positions are implausible now.
-    pub(crate) fn of(&self, position: usize) -> Option<&str> {
-        self.standing.get(&position).map(String::as_str)
+    #[must_use]
+    pub fn of(&self, position: usize) -> Option<&FoundView> {
+        self.standing.get(&position)
     }
 
     fn caused(&mut self, sight: &Sight, episode: &Episode) -> Caused {
         let found = FoundView::new(episode);
         if matches!(sight.verdict, Judgement::Implausible(_)) {
-            self.standing.insert(sight.position, found.to_string());
+            self.standing.insert(sight.position, found.clone());
         }
         Caused { position: sight.position, found }
     }
