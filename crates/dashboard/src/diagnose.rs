@@ -12,7 +12,7 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::Response;
 use encoring_diagnosis::{
-    Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, Unreadable,
+    Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, SaidReport, Unreadable,
 };
 use encoring_figure::Chart;
 use encoring_words::Model;
@@ -55,6 +55,8 @@ struct Found {
     /// What was assumed of a table.
     assumed: Option<String>,
     report: DiagnosisReport,
+    /// Its sentences as codes and values.
+    said: SaidReport,
     /// In SVG.
     picture: String,
 }
@@ -143,6 +145,7 @@ fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unre
         judged: diagnosed.is_judged(),
         assumed,
         picture: Chart::sheet(name, &charts),
+        said: SaidReport::new(&diagnosed.conclusion),
         report: DiagnosisReport::new(&[diagnosed]),
     })
 }

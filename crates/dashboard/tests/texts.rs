@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use encoring_bus::Judgement;
 use encoring_diagnosis::CAUSES;
 use encoring_host::referee::RULES;
+use encoring_texts::SaidTemplate;
 
 type Texts = BTreeMap<String, String>;
 
@@ -72,6 +73,22 @@ fn both_languages_have_the_same_texts_with_the_same_values() {
     }
     let differ = english.iter().filter(|(key, text)| german[*key] != **text).count();
     assert!(differ * 10 > english.len() * 8, "{differ} of {} are translated", english.len());
+}
+
+/// Every sentence that the server can send has a German text with its values; the English one is the server's own.
+#[test]
+fn every_sentence_of_the_server_has_a_text_in_both_languages_with_its_values() {
+    let german = texts("de/diagnosis");
+    let mut said = BTreeSet::new();
+    for SaidTemplate { code, english, values } in encoring_diagnosis::sentences() {
+        let values: BTreeSet<&str> = values.iter().copied().collect();
+        assert_eq!(places(english), values, "{code}");
+        let german = german.get(*code).unwrap_or_else(|| panic!("no German text for {code}"));
+        assert_eq!(places(german), values, "{code}");
+        assert!(said.insert(*code), "{code} stands twice");
+    }
+    let unsaid: Vec<_> = german.keys().filter(|code| !said.contains(code.as_str())).collect();
+    assert_eq!(unsaid, Vec::<&String>::new(), "nobody says these");
 }
 
 #[test]

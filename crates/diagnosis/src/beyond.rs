@@ -2,8 +2,11 @@
 
 use std::ops::Range;
 
+use encoring_texts::Said;
+
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::evidence;
 use crate::scan::Find;
 use crate::verdict::Judged;
 
@@ -92,7 +95,7 @@ fn tell_fast(curve: &Curve<'_>, points: Range<usize>, most: i64, jumps: &[Find],
         return;
     }
     let limit = curve.axis.travel(1_000_000_000).unwrap_or_default();
-    let evidence = format!("{most} steps a second over {} rows; {limit} are permissible", points.len());
+    let evidence = evidence::too_fast(most, points.len(), limit);
     let judged = Judged::likely(JumpCause::OverSpeed, evidence);
     found.push(Find { points, judged });
 }
@@ -132,7 +135,7 @@ fn too_sudden(curve: &Curve<'_>, places: &[i64], jumps: &[Find], found: &mut Vec
 /// A change of speed that is too large.
 struct Sudden {
     points: Range<usize>,
-    evidence: String,
+    evidence: Said,
     excess: i64,
     /// By far.
     is_far: bool,
@@ -155,7 +158,7 @@ fn sudden_at(curve: &Curve<'_>, places: &[i64], at: usize, bend: i64) -> Option<
     let may = bend * i64::try_from(rows * rows).ok()?;
     (change > 2 * may + 4 * noise).then(|| Sudden {
         points: at - rows..at + rows + 1,
-        evidence: format!("the speed changes by {change} steps in {rows} rows; {may} are permissible"),
+        evidence: evidence::too_sudden(change, rows, may),
         excess: change - may,
         is_far: change > 4 * may + 8 * noise,
     })

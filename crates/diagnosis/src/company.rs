@@ -1,6 +1,7 @@
 //! What the other encoders of the same recording did when one of them jumped.
 
 use crate::episode::Episode;
+use crate::evidence;
 
 /// Jumps no further apart than this are at the same time: two rows of a slow log.
 const TOGETHER_NS: u64 = 20_000_000;
@@ -18,8 +19,8 @@ pub(crate) fn compare(episodes: &mut [Episode], positions: usize) {
         let near = times.iter().skip(from).take_while(|(time, _)| *time <= episode.time_ns + TOGETHER_NS);
         let other = near.map(|(_, position)| *position).find(|position| *position != episode.position);
         episode.evidence.push(match other {
-            Some(other) => format!("position {other} has an event at the same time"),
-            None => "no other encoder of the recording has an event at that time".to_owned(),
+            Some(other) => evidence::with_another(other),
+            None => evidence::alone(),
         });
     }
 }

@@ -62,7 +62,7 @@ impl Detector {
         for lost in self.together.finish() {
             let verdict = lost.judged();
             let apart =
-                self.windows.get(&lost.position).map_or_else(String::new, |window| window.apart(&verdict));
+                self.windows.get(&lost.position).map_or_else(Vec::new, |window| window.apart(&verdict));
             judged.push((lost, verdict, apart));
         }
         for (_, window) in self.windows {

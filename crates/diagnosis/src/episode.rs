@@ -1,5 +1,7 @@
 //! What is found: the rows that one cause explains.
 
+use encoring_texts::Said;
+
 use crate::cause::{JumpCause, Likelihood};
 
 /// The most alternatives that are told.
@@ -25,9 +27,9 @@ pub struct Episode {
     /// What else it may be, the likeliest first; at most [`ALTERNATIVES_MAX`].
     pub alternatives: Vec<JumpCause>,
     /// What would tell them apart; empty if nothing else is possible.
-    pub apart: String,
+    pub apart: Vec<Said>,
     /// What speaks for it: words, differences, times.
-    pub evidence: Vec<String>,
+    pub evidence: Vec<Said>,
 }
 
 /// What a whole recording says.
@@ -36,7 +38,7 @@ pub struct Conclusion {
     /// What was found, in order of time.
     pub episodes: Vec<Episode>,
     /// What was judged.
-    pub judged: Vec<String>,
+    pub judged: Vec<Said>,
     /// What could not be judged, and why.
-    pub limits: Vec<String>,
+    pub limits: Vec<Said>,
 }

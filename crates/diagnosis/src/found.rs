@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::cause::JumpCause;
 use crate::episode::Episode;
+use crate::said::printed;
 
 /// What was found of a jump.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -33,8 +34,8 @@ impl FoundView {
             cause: episode.cause.name(),
             certainty: episode.certainty.name(),
             alternatives: episode.alternatives.iter().copied().map(JumpCause::name).collect(),
-            apart: episode.apart.clone(),
-            evidence: episode.evidence.clone(),
+            apart: printed(&episode.apart).join("; "),
+            evidence: printed(&episode.evidence),
             title: episode.cause.title(),
         }
     }

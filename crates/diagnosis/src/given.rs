@@ -2,9 +2,12 @@
 
 use std::ops::Range;
 
+use encoring_texts::Said;
+
 use crate::axis::Axis;
 use crate::curve::Point;
 use crate::row::Row;
+use crate::statements;
 
 /// The number of positions that is given, and what was seen beyond it.
 #[derive(Clone, Copy, Debug)]
@@ -32,13 +35,8 @@ impl Given {
     }
 
     /// What contradicts what is given; `None` if nothing does.
-    pub(crate) fn contradiction(&self) -> Option<String> {
+    pub(crate) fn contradiction(&self, position: u8) -> Option<Said> {
         let (positions, (first, line)) = (self.positions?, self.first?);
-        let count = self.count;
-        Some(format!(
-            "{positions} positions are given, 0 to {}, and {count} rows have others, the first {first} at line {line}: these are \
-             wrong, or another scaling was active",
-            positions - 1
-        ))
+        Some(statements::beyond_given(position, positions, positions - 1, self.count, first, line))
     }
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use crate::cause::JumpCause;
 use crate::episode::Episode;
+use crate::evidence;
 use crate::row::Row;
 use crate::services::Services;
 use crate::verdict::Judged;
@@ -57,11 +58,11 @@ impl Ledger {
             return;
         }
         let apart = judged.apart(services);
-        let Judged { cause, certainty, alternatives, mut evidence } = judged;
+        let Judged { cause, certainty, alternatives, evidence: mut told } = judged;
         if rows.len() < 4
             && let Some(before) = rows.start.checked_sub(1).and_then(|at| all.get(at))
         {
-            evidence.insert(0, format!("{} behind {}", first.shown(), before.shown()));
+            told.insert(0, evidence::behind(first.shown(), before.shown()));
         }
         self.counts.insert(cause, (same + 1, self.episodes.len()));
         self.episodes.push(Episode {
@@ -74,7 +75,7 @@ impl Ledger {
             certainty,
             alternatives,
             apart,
-            evidence,
+            evidence: told,
         });
     }
 }

@@ -26,6 +26,7 @@
 //! assert_eq!((conclusion.episodes[0].cause, conclusion.episodes[0].line), (JumpCause::SingleBit, 102));
 //! ```
 
+mod apart;
 mod axis;
 mod beyond;
 mod cause;
@@ -33,6 +34,7 @@ mod company;
 mod curve;
 mod detector;
 mod episode;
+mod evidence;
 mod found;
 mod given;
 mod ledger;
@@ -53,9 +55,11 @@ mod report;
 mod returning;
 mod round;
 mod row;
+mod said;
 mod sample;
 mod scan;
 mod services;
+mod statements;
 mod staying;
 mod stops;
 mod stuck;
@@ -78,4 +82,5 @@ pub use picture::Picture;
 pub use recent::Recent;
 pub use recorded::{Diagnosed, RecordedSamples, Unreadable};
 pub use report::{DiagnosisReport, ReportedEvent};
+pub use said::{SaidReport, sentences};
 pub use sample::{Sample, Sighting};

@@ -1,9 +1,11 @@
 //! Rows that go on where they should if they are read in another code, or as what 24 bits keep of exchanged halves.
 
+use encoring_texts::Said;
 use encoring_words::gray;
 
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::evidence;
 use crate::motion::way;
 use crate::verdict::Judged;
 
@@ -77,8 +79,7 @@ impl Misread<'_> {
         if rows < ROWS_LEAST || taken == Taken::Exchanged && moved < MOVED || can_be_met(TELLS) {
             return None;
         }
-        let (cause, how) = taken.told();
-        let evidence = format!("{rows} rows are where those around them lead, {how}");
+        let (cause, evidence) = taken.told(rows);
         Some((
             end,
             if can_be_met(SURE) {
@@ -122,15 +123,11 @@ impl Taken {
         }
     }
 
-    const fn told(self) -> (JumpCause, &'static str) {
+    fn told(self, rows: usize) -> (JumpCause, Said) {
         match self {
-            Self::ForBinary => (JumpCause::GrayAsBinary, "read as Gray code"),
-            Self::ForGray => {
-                (JumpCause::BinaryAsGray, "if they are what a reader of Gray code made of binary")
-            }
-            Self::Exchanged => {
-                (JumpCause::HalvesExchanged, "if their halves are exchanged and bits 31..24 were not kept")
-            }
+            Self::ForBinary => (JumpCause::GrayAsBinary, evidence::as_gray(rows)),
+            Self::ForGray => (JumpCause::BinaryAsGray, evidence::as_binary(rows)),
+            Self::Exchanged => (JumpCause::HalvesExchanged, evidence::as_exchanged(rows)),
         }
     }
 }

@@ -6,6 +6,7 @@ use encoring_host::validity::Circle;
 
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Point};
+use crate::evidence;
 use crate::motion::{scaled, way};
 use crate::scan::Find;
 use crate::verdict::Judged;
@@ -79,13 +80,10 @@ pub(crate) fn stretches(curve: &Curve<'_>, fast: bool) -> Vec<Find> {
     runs(&blocks, is_noisy, BLOCKS, |range| {
         let median =
             blocks.get(range.clone()).and_then(|blocks| blocks.iter().map(|block| block.median).max());
-        let evidence = format!(
-            "second differences of {} steps, each taken back by the next; {quiet} in the quiet part",
-            median.unwrap_or_default()
-        );
+        let evidence = evidence::scatter(median.unwrap_or_default(), quiet);
         let judged = match held(curve, &range, median.unwrap_or_default()) {
             Some(bit) => Judged::possible(JumpCause::Unclear, evidence)
-                .since(format!("bit {bit} is the same in all these rows"))
+                .since(evidence::held(bit))
                 .or(&[JumpCause::StuckBit, JumpCause::Noise]),
             None => Judged::likely(JumpCause::Noise, evidence),
         };
@@ -98,9 +96,8 @@ pub(crate) fn stretches(curve: &Curve<'_>, fast: bool) -> Vec<Find> {
             BLOCKS,
             |range| {
                 let points = range.start * BLOCK..range.end * BLOCK;
-                let evidence =
-                    "values stand twice, then a step of two: rows come faster than the refresh".to_owned();
-                found.push(Find { points, judged: Judged::likely(JumpCause::Aliasing, evidence) });
+                let judged = Judged::likely(JumpCause::Aliasing, evidence::beat());
+                found.push(Find { points, judged });
             },
         );
     }

@@ -34,16 +34,6 @@ pub enum Counted {
     Polls,
 }
 
-impl Counted {
-    /// One of them.
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::Lines => "line",
-            Self::Polls => "poll",
-        }
-    }
-}
-
 /// The values of an encoder that are active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ActiveValues {

@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
+use encoring_texts::Hex;
 use encoring_words::InWord;
 use encoring_words::gray;
 use encoring_words::word::{DATA, ERROR_BIT, SERVICE};
 
 use crate::cause::JumpCause;
+use crate::evidence;
 use crate::motion::{scaled, way};
 use crate::part::Part;
 use crate::row::{ReadAs, Row};
@@ -64,37 +66,31 @@ fn should(part: &Part<'_>, row: usize, time_ns: i64) -> Option<i64> {
 
 impl Outside {
     fn judged(&self) -> Judged {
-        let word = InWord(self.word);
+        let (word, told) = (InWord(self.word), Hex(self.word));
         if self.is_there(self.word.rotate_left(16)) || self.is_in_the_same_65536(self.word.rotate_left(16)) {
-            return Judged::certain(
-                JumpCause::HalvesExchanged,
-                format!("with its halves exchanged IN {word} is where the rows around it lead"),
-            );
+            return Judged::certain(JumpCause::HalvesExchanged, evidence::exchanged(told));
         }
         let upper = self.word & !(DATA.mask() | ERROR_BIT.mask());
         if upper.count_ones() == 1 && self.is_there(self.word & DATA.mask()) {
             return Judged::certain(
                 JumpCause::SingleBit,
-                format!("IN {word} has bit {}, which no encoder sets in a position", upper.trailing_zeros()),
+                evidence::foreign_bit(told, upper.trailing_zeros()),
             );
         }
         if self.has_low_half() && !self.is_there(self.word & DATA.mask()) {
-            return Judged::certain(
-                JumpCause::TornWords,
-                format!("the low half of IN {word} is that of a position, the high half is not"),
-            );
+            return Judged::certain(JumpCause::TornWords, evidence::half_of_position(told));
         }
         if word.service_bit() {
             let judged = Judged::certain(
                 JumpCause::ReplyAsPosition,
-                format!("IN {word} has bit 31: it is a reply to service {:02X}", SERVICE.of(self.word)),
+                evidence::reply(told, Hex(SERVICE.of(self.word))),
             );
             return match self.out {
-                Some(out) if out >> 31 == 1 => judged.since(format!("OUT {out:08X} asks for it")),
+                Some(out) if out >> 31 == 1 => judged.since(evidence::asked(Hex(out))),
                 _ => judged,
             };
         }
-        Judged::possible(JumpCause::Unclear, format!("IN {word} has bits that no encoder sets")).or(&[
+        Judged::possible(JumpCause::Unclear, evidence::foreign_bits(told)).or(&[
             JumpCause::TornWords,
             JumpCause::Noise,
             JumpCause::OtherSource,

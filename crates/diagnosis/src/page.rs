@@ -3,11 +3,13 @@
 use std::fmt::Write;
 
 use encoring_figure::{Chart, Escaped};
+use encoring_texts::Said;
 use encoring_words::Duration;
 use encoring_words::model::MODELS;
 
 use crate::cause::JumpCause;
 use crate::episode::{Conclusion, Episode};
+use crate::said::printed;
 
 /// What a page says of a recording.
 #[derive(Clone, Copy, Debug)]
@@ -74,7 +76,14 @@ fn table(page: &mut String, part: &PagePart<'_>) {
             ),
         );
         list(page, &episode.evidence);
-        put(page, format_args!("<td>{}<td>{}</tr>\n", Escaped(&or.join("; ")), Escaped(&episode.apart)));
+        put(
+            page,
+            format_args!(
+                "<td>{}<td>{}</tr>\n",
+                Escaped(&or.join("; ")),
+                Escaped(&printed(&episode.apart).join("; "))
+            ),
+        );
     }
     page.push_str("</table>\n");
 }
@@ -101,12 +110,12 @@ fn remedies(page: &mut String) {
     page.push_str("</table>\n");
 }
 
-fn list(page: &mut String, sentences: &[String]) {
+fn list(page: &mut String, sentences: &[Said]) {
     if sentences.is_empty() {
         return;
     }
     page.push_str("<ul>\n");
-    sentences.iter().for_each(|sentence| put(page, format_args!("<li>{}</li>\n", Escaped(sentence))));
+    sentences.iter().for_each(|sentence| put(page, format_args!("<li>{}</li>\n", Escaped(sentence.text()))));
     page.push_str("</ul>\n");
 }
 

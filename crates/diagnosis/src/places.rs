@@ -6,6 +6,7 @@ use encoring_words::Duration;
 
 use crate::cause::JumpCause;
 use crate::curve::Point;
+use crate::evidence;
 use crate::motion::way;
 use crate::options::KnownPlace;
 use crate::part::Part;
@@ -76,10 +77,7 @@ impl Places {
             if apart.saturating_abs() <= KNOWN_NEAR + most_step(part, at) {
                 continue;
             }
-            let evidence = format!(
-                "{} steps further from the known place than at the one before",
-                apart.saturating_abs()
-            );
+            let evidence = evidence::from_known(apart.saturating_abs());
             let between = before.time_ns.cast_signed()..=known.time_ns.cast_signed();
             let pause = self
                 .pauses
@@ -91,7 +89,7 @@ impl Places {
                 Some((_, line, span)) => (
                     line,
                     Judged::likely(JumpCause::ZeroLost, evidence)
-                        .since(format!("between both lies a pause of {}", Duration(span.unsigned_abs()))),
+                        .since(evidence::pause(Duration(span.unsigned_abs()))),
                 ),
                 None => (
                     rows.get(point.row).map_or(0, |row| row.line),

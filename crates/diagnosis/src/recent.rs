@@ -2,9 +2,11 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use crate::apart;
 use crate::cause::{JumpCause, Likelihood};
 use crate::detector::Detector;
 use crate::episode::Episode;
+use crate::evidence;
 use crate::options::Options;
 use crate::sample::Sample;
 
@@ -91,8 +93,8 @@ fn untold(latest: &Latest, at: usize) -> Episode {
         cause: JumpCause::Unclear,
         certainty: Likelihood::Possible,
         alternatives: Vec::new(),
-        apart: "poll faster, and `encoring diagnose` a log of it".to_owned(),
-        evidence: vec![format!("the last {rows} words do not tell it from motion")],
+        apart: vec![apart::poll_faster()],
+        evidence: vec![evidence::like_motion(rows)],
     }
 }
 

@@ -95,7 +95,7 @@ mod tests {
             detector.sample(Sample { line: k + 2, time_ns, position: 0, out: None, reading });
         }
         let conclusion = detector.finish();
-        let sentences = conclusion.judged.into_iter().chain(conclusion.limits);
+        let sentences = conclusion.judged.iter().chain(&conclusion.limits).map(ToString::to_string);
         sentences.filter(|sentence| sentence.contains("refresh")).collect()
     }
 

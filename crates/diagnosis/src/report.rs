@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use encoring_texts::Said;
 use encoring_words::model::MODELS;
 use encoring_words::sheet::StepChange;
 use encoring_words::{Duration, Model};
@@ -74,11 +75,11 @@ impl DiagnosisReport {
                 .map(|episode| ReportedEvent::new(&name, episode))
                 .collect::<Vec<_>>()
         };
-        let sentences = |of: fn(&Diagnosed) -> &[String]| {
+        let sentences = |of: fn(&Diagnosed) -> &[Said]| {
             let several = diagnosed.len() > 1;
-            let named = |file: &Diagnosed, sentence: &String| match several {
+            let named = |file: &Diagnosed, sentence: &Said| match several {
                 true => format!("{}: {sentence}", file.name),
-                false => sentence.clone(),
+                false => sentence.to_string(),
             };
             diagnosed
                 .iter()

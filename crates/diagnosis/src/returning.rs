@@ -3,10 +3,12 @@
 //! The order of the tests matters: a torn word differs from the true one as a flip of bit 16 does where the high half
 //! changes, and exchanged halves or the data of a reply can happen to differ by one bit [R5, R25].
 
+use encoring_texts::{Hex, Said};
 use encoring_words::gray;
 
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::evidence;
 use crate::motion::{scaled, way};
 use crate::row::ReadAs;
 use crate::services::Services;
@@ -98,10 +100,7 @@ impl Excursion<'_> {
             return None;
         }
         let (_, value, should) = self.places().next()?;
-        let evidence = format!(
-            "the high half goes from {before:04X}h to {after:04X}h here, and with the other of both it is where the rows \
-             around it lead"
-        );
+        let evidence = evidence::torn(hex(before), hex(after));
         let is_one_bit = (self.code(value) ^ self.code(should)) & 0xFFFF_0000;
         let torn = Judged::likely(JumpCause::TornWords, evidence);
         let could_flip = (before ^ after).count_ones() == 1 || is_one_bit.count_ones() == 1;
@@ -119,12 +118,7 @@ impl Excursion<'_> {
             high < 256 && low == halves(self.code(should)).0 && (is_low_byte || rows > 2)
         };
         let all = rows > 0 && self.places().all(|(_, value, should)| should > 0xFFFF && fits(value, should));
-        all.then(|| {
-            Judged::likely(
-                JumpCause::HalvesExchanged,
-                "the low half is the high half of where the rows around it lead, and bits 15..8 are 0",
-            )
-        })
+        all.then(|| Judged::likely(JumpCause::HalvesExchanged, evidence::low_is_high()))
     }
 
     /// In 24 bits a reply shows only by its data: 0, S, N, D, what a request said; and by OUT.
@@ -135,22 +129,18 @@ impl Excursion<'_> {
             .any(|place| self.curve.row(place).and_then(|row| row.out).is_some_and(|out| out >> 31 == 1));
         let bits = self.code(value);
         if asked && is_same {
-            return Some(Judged::certain(
-                JumpCause::ReplyAsPosition,
-                format!("OUT has the service bit in these rows: {bits:06X}h are the data of a reply"),
-            ));
+            return Some(Judged::certain(JumpCause::ReplyAsPosition, evidence::data_of_reply(hex(bits))));
         }
         // Of sixteen bits nothing can be said.
         if !is_same || self.curve.circle.positions == 0x1_0000 {
             return None;
         }
-        let reply = |evidence: String| Some(Judged::likely(JumpCause::ReplyAsPosition, evidence));
+        let reply = |evidence: Said| Some(Judged::likely(JumpCause::ReplyAsPosition, evidence));
         if self.services.has_said(bits) || self.told.contains(&bits) {
-            return reply(format!("{bits:06X}h are the data of a service"));
+            return reply(evidence::data_of_service(hex(bits)));
         }
         if bits == 0 {
-            return reply("0 are the data of a data check without an error".to_owned())
-                .map(|judged| judged.or(&[JumpCause::OtherSource]));
+            return reply(evidence::data_of_check()).map(|judged| judged.or(&[JumpCause::OtherSource]));
         }
         None
     }
@@ -175,7 +165,7 @@ impl Excursion<'_> {
         if !bits.all(|other| other == Some(bit)) {
             return None;
         }
-        let evidence = format!("bit {bit} changed puts it where the rows around it lead");
+        let evidence = evidence::one_bit(bit);
         Some(if self.back - self.at > 3 {
             Judged::possible(JumpCause::Unclear, evidence).or(&[
                 JumpCause::StuckBit,
@@ -191,7 +181,7 @@ impl Excursion<'_> {
         let rows = self.back - self.at;
         let first = self.curve.value(self.at);
         let stands = rows > 1 && (self.at..self.back).all(|place| self.curve.value(place) == first);
-        let evidence = format!("{rows} rows away, and back on the curve");
+        let evidence = evidence::away_and_back(rows);
         let unclear = Judged::possible(JumpCause::Unclear, evidence);
         if stands && first == self.curve.value(self.at - 1) {
             unclear.or(&[JumpCause::Frozen, JumpCause::OtherSource])
@@ -203,4 +193,9 @@ impl Excursion<'_> {
             unclear.or(&[JumpCause::OtherSource, JumpCause::ReplyAsPosition, JumpCause::Mechanical])
         }
     }
+}
+
+/// A half or the data of a code, for people.
+fn hex<const DIGITS: usize>(bits: i64) -> Hex<DIGITS> {
+    Hex(u32::try_from(bits).unwrap_or(u32::MAX))
 }

@@ -1,8 +1,10 @@
 //! What is kept of a row, and the ways to read it.
 
+use encoring_texts::{Hex, Said};
 use encoring_words::word::{DATA, DATA_MAX, ERROR_BIT, In, RESERVE_BIT, SERVICE_BIT};
 use encoring_words::{InWord, gray};
 
+use crate::evidence;
 use crate::sample::{Sample, Sighting};
 
 /// The latest time, nine years: sums of a few times never overflow.
@@ -57,13 +59,13 @@ impl Row {
     }
 
     /// The bits as they are written.
-    pub(crate) fn shown(&self) -> String {
+    pub(crate) fn shown(&self) -> Said {
         match self.reading {
-            Sighting::Word(word) => format!("IN {word:08X}"),
-            Sighting::Bits24(bits) => format!("{bits:06X}h"),
-            Sighting::Bits16(half) => format!("{half:04X}h"),
-            Sighting::Steps(steps) => steps.to_string(),
-            Sighting::Nothing | Sighting::Unreached { .. } => "nothing".to_owned(),
+            Sighting::Word(word) => evidence::in_word(Hex(word)),
+            Sighting::Bits24(bits) => evidence::bits_24(Hex(bits)),
+            Sighting::Bits16(half) => evidence::bits_16(Hex(half.into())),
+            Sighting::Steps(steps) => evidence::steps(steps),
+            Sighting::Nothing | Sighting::Unreached { .. } => evidence::nothing(),
         }
     }
 

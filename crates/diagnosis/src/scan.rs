@@ -7,6 +7,7 @@ use encoring_words::Model;
 
 use crate::cause::{JumpCause, Likelihood};
 use crate::curve::Curve;
+use crate::evidence;
 use crate::misread::Misread;
 use crate::motion::{scaled, way};
 use crate::returning::Excursion;
@@ -192,7 +193,7 @@ impl Walk<'_, '_> {
 
     fn wrap(&mut self, at: usize) {
         let positions = self.curve.circle.positions;
-        let evidence = format!("from one end of {positions} positions to the other, at the same speed");
+        let evidence = evidence::end_to_end(positions);
         let is_slow = self.curve.tolerance.saturating_mul(16) < positions;
         let judged = if self.beside.is_circle_sure && is_slow {
             Judged::certain(JumpCause::Wrap, evidence)

@@ -1,8 +1,10 @@
 //! What the recording itself tells: requests and replies of services.
 
+use encoring_texts::Said;
 use encoring_words::word::{Out, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, OutWord, Service};
 
+use crate::evidence;
 use crate::options::Counted;
 use crate::row::{ReadAs, Row};
 
@@ -72,8 +74,11 @@ impl Services {
     }
 
     /// A row, as it is told.
-    pub(crate) fn place(&self, line: u64) -> String {
-        format!("{} {line}", self.counted.name())
+    pub(crate) fn place(&self, line: u64) -> Said {
+        match self.counted {
+            Counted::Lines => evidence::line(line),
+            Counted::Polls => evidence::poll(line),
+        }
     }
 
     /// Takes the next row.

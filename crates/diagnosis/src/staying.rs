@@ -1,9 +1,11 @@
 //! Rows that leave the curve and go on elsewhere.
 
+use encoring_texts::{Decimal, Hex};
 use encoring_words::Model;
 
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Speed};
+use crate::evidence;
 use crate::motion::{scaled, way};
 use crate::services::{Done, Services};
 use crate::verdict::Judged;
@@ -104,12 +106,7 @@ impl Departure<'_> {
             return None;
         }
         let way = mean + way(circle, should, self.curve.value(self.at)?);
-        let judged = Judged::likely(
-            JumpCause::Frozen,
-            format!(
-                "the same word in {rows} rows, then {way} steps, which is the way at the speed before and behind"
-            ),
-        );
+        let judged = Judged::likely(JumpCause::Frozen, evidence::stood(rows, way));
         Some((first + 1, judged))
     }
 
@@ -151,9 +148,7 @@ impl Departure<'_> {
         (is_between && change > permissible).then(|| {
             Judged::likely(
                 JumpCause::OverAcceleration,
-                format!(
-                    "the speed changes by {change} steps a row in {rows} rows; {permissible} are permissible"
-                ),
+                evidence::too_sudden_between(change, rows, permissible),
             )
         })
     }
@@ -167,7 +162,7 @@ impl Departure<'_> {
         let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
         let speed = if around.after.way == 0 { around.before.way } else { around.after.way };
         let near = around.after.over(around.span_ns).abs() + self.curve.near();
-        let evidence = format!("{} steps at 0, against the motion, and on at the same speed", to - from);
+        let evidence = evidence::at_zero(to - from);
         let is_at_top = |place: i64| place + near >= self.most;
         if speed < 0 && (0..=near).contains(&from) && to > from && is_at_top(to) {
             return Some(Judged::likely(JumpCause::Wrap, evidence).or(&[JumpCause::Preset]));
@@ -189,7 +184,7 @@ impl Departure<'_> {
         let from = used.map_or(from, |row| from.max(row.time_ns));
         let mut checked = false;
         for mark in self.services.between(from, to) {
-            let said = |what: &str| format!("{what} at {}", self.services.place(mark.line));
+            let place = self.services.place(mark.line);
             match mark.done {
                 Done::Check => checked = true,
                 Done::Preset(value) => {
@@ -197,33 +192,30 @@ impl Departure<'_> {
                     let off = way(self.curve.circle, value.into(), landed).abs();
                     let may =
                         around.after.over(around.span_ns).abs().max(around.before.over(around.span_ns).abs());
-                    let judged =
-                        Judged::certain(JumpCause::Preset, said(&format!("service 06 with {value:06X}h is")));
+                    let judged = Judged::certain(JumpCause::Preset, evidence::preset_at(Hex(value), place));
                     return Some(if off <= may * 4 + self.curve.near() {
                         judged
                     } else {
-                        judged.since(format!("the position is {off} steps from that value now"))
+                        judged.since(evidence::preset_off(off))
                     });
                 }
                 Done::Scaling => {
-                    return Some(Judged::certain(JumpCause::Rescaled, said("a scaling was written")));
+                    return Some(Judged::certain(JumpCause::Rescaled, evidence::scaling_written(place)));
                 }
                 Done::Direction => {
-                    return Some(Judged::certain(JumpCause::Direction, said("service 01 was written")));
+                    return Some(Judged::certain(JumpCause::Direction, evidence::direction_written(place)));
                 }
             }
         }
         let older = self.services.between(i64::MIN, to).find(|mark| !matches!(mark.done, Done::Check))?;
         let written = self.services.place(older.line);
         match older.done {
-            Done::Scaling if checked => Some(Judged::certain(
-                JumpCause::Rescaled,
-                format!("the data check made the scaling active that was written at {written}"),
-            )),
-            Done::Direction if checked => Some(Judged::certain(
-                JumpCause::Direction,
-                format!("the data check made service 01 active that was written at {written}"),
-            )),
+            Done::Scaling if checked => {
+                Some(Judged::certain(JumpCause::Rescaled, evidence::scaling_checked(written)))
+            }
+            Done::Direction if checked => {
+                Some(Judged::certain(JumpCause::Direction, evidence::direction_checked(written)))
+            }
             _ => None,
         }
     }
@@ -242,10 +234,9 @@ impl Departure<'_> {
         let (from, to) = (self.curve.value(self.at - 1)?, self.curve.value(self.at)?);
         let mirrored = way(self.curve.circle, self.curve.circle.positions - 1 - from, to).abs();
         let may = before.over(around.span_ns).abs() * 2 + self.curve.near();
-        let evidence = "the positions run as fast as before, and the other way".to_owned();
+        let evidence = evidence::other_way();
         Some(if mirrored <= may {
-            Judged::likely(JumpCause::Direction, evidence)
-                .since(format!("the position is S minus the one before, within {mirrored} steps"))
+            Judged::likely(JumpCause::Direction, evidence).since(evidence::mirrored(mirrored))
         } else {
             Judged::possible(JumpCause::Unclear, evidence).or(&[
                 JumpCause::Direction,
@@ -274,12 +265,9 @@ impl Departure<'_> {
         let may = (i128::from(from.abs()) + i128::from(to.abs())) * i128::from(doubt)
             + i128::from(self.curve.near()) * i128::from(was.abs() + is.abs());
         ((left - right).abs() <= may && from > 0).then(|| {
-            let tenths = |ratio: i128| format!("{}.{}", ratio / 100, ratio % 100);
             let ratio = i128::from(to) * 100 / i128::from(from.max(1));
-            Judged::likely(
-                JumpCause::Rescaled,
-                format!("position and speed are both {} times what they were", tenths(ratio)),
-            )
+            let ratio = Decimal::Hundredths(u64::try_from(ratio).unwrap_or_default());
+            Judged::likely(JumpCause::Rescaled, evidence::ratio(ratio))
         })
     }
 
@@ -326,7 +314,7 @@ impl Departure<'_> {
             return None;
         }
         let jump = around.jump;
-        let evidence = format!("{jump} steps, and on at the same speed");
+        let evidence = evidence::same_speed(jump);
         let out = self.services.shows_out();
         let inputs = self.model.is_none_or(|model| !model.preset_inputs().is_empty());
         if let Some(aim) = self.aim(around)
@@ -334,13 +322,11 @@ impl Departure<'_> {
         {
             return Some(
                 Judged::likely(JumpCause::Preset, evidence)
-                    .since(format!("it went on from {aim}, which a preset may aim at"))
+                    .since(evidence::aimed(aim))
                     .or(&[JumpCause::Mechanical]),
             );
         }
         if out && !inputs {
-            let evidence =
-                format!("{evidence}; OUT asks for no service, and the encoder has no preset input");
             let is_bit = is_one_bit(jump, self.curve.near());
             let is_far = jump.abs().saturating_mul(FAR) > self.curve.circle.positions.min(self.most + 1);
             return Some(if self.is_slow(around) || is_bit || is_far {
@@ -349,14 +335,14 @@ impl Departure<'_> {
                     (_, true) => JumpCause::OtherSource,
                     _ => JumpCause::Rescaled,
                 };
-                Judged::possible(JumpCause::Unclear, evidence).or(&[
+                Judged::possible(JumpCause::Unclear, evidence).since(evidence::no_preset()).or(&[
                     JumpCause::Mechanical,
                     other,
                     JumpCause::OtherSource,
                     JumpCause::Rescaled,
                 ])
             } else {
-                Judged::likely(JumpCause::Mechanical, evidence)
+                Judged::likely(JumpCause::Mechanical, evidence).since(evidence::no_preset())
             });
         }
         let mut others = vec![JumpCause::Mechanical, JumpCause::Preset, JumpCause::OtherSource];
@@ -368,12 +354,7 @@ impl Departure<'_> {
 
     fn other_speed(&self, around: &Around) -> Judged {
         let speed = |speed: Speed| speed.over(1_000_000_000);
-        let evidence = format!(
-            "{} steps, from {} to {} steps a second",
-            around.jump,
-            speed(around.before),
-            speed(around.after)
-        );
+        let evidence = evidence::other_speed(around.jump, speed(around.before), speed(around.after));
         if around.before.way.signum() * around.after.way.signum() < 0 {
             return Judged::possible(JumpCause::Unclear, evidence).or(&[
                 JumpCause::Direction,

@@ -6,12 +6,15 @@ use encoring_host::validity::Circle;
 use encoring_ring::diagnostics::{Diagnosis, names};
 
 use crate::cause::JumpCause;
+use crate::evidence;
 use crate::motion::way;
 use crate::part::Part;
 use crate::row::{ReadAs, Row};
 use crate::sample::Sighting;
 use crate::services::Services;
+use crate::statements;
 use crate::verdict::Judged;
+use encoring_texts::{Hex, Said};
 
 /// Rows of a stop.
 #[derive(Clone, Copy, Debug)]
@@ -91,14 +94,9 @@ impl Stops {
     }
 
     /// Which rows hold no position for that, and since when; `None` if there are none.
-    pub(crate) fn limit(&self, services: &Services) -> Option<String> {
+    pub(crate) fn limit(&self, position: u8, services: &Services) -> Option<Said> {
         let (line, said) = self.first?;
-        Some(format!(
-            "{} rows hold no position, the first at {}: {}",
-            self.rows,
-            services.place(line),
-            words_of(said)
-        ))
+        Some(statements::not_reached(position, self.rows, services.place(line), words_of(said)))
     }
 }
 
@@ -113,28 +111,20 @@ impl Over {
         (is_held && jump.saturating_abs() > tolerance).then(|| {
             Judged::certain(
                 JumpCause::Frozen,
-                format!(
-                    "{} to {}, {rows} rows with the same word: {}",
-                    services.place(lines.0),
-                    lines.1,
-                    words_of(said)
-                ),
+                evidence::not_reached(services.place(lines.0), lines.1, rows, words_of(said)),
             )
-            .since(format!(
-                "{jump} steps lie between the positions before and behind; nothing tells how they were made"
-            ))
+            .since(evidence::over_stop(jump))
         })
     }
 }
 
-fn words_of(said: Diagnosis) -> String {
+fn words_of(said: Diagnosis) -> Said {
     let status = said.status.unwrap_or_default();
-    let set: Vec<&str> = names(status).collect();
-    let parameter = said.parameter.map_or_else(String::new, |word| format!(" and parameter {word:04X}h"));
-    format!(
-        "the master's status {status:04X}h ({}){parameter} says that no data cycle reaches the encoder",
-        set.join(", ")
-    )
+    let names = names(status).collect::<Vec<_>>().join(", ");
+    match said.parameter {
+        Some(parameter) => evidence::master_names(Hex(status.into()), names, Hex(parameter.into())),
+        None => evidence::master_says(Hex(status.into()), names),
+    }
 }
 
 /// Whether a stop lies between two rows.

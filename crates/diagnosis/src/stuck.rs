@@ -4,6 +4,7 @@ use encoring_words::gray;
 
 use crate::cause::JumpCause;
 use crate::curve::Curve;
+use crate::evidence;
 use crate::motion::way;
 use crate::row::ReadAs;
 use crate::verdict::Judged;
@@ -69,10 +70,7 @@ impl Stuck<'_> {
             end = at + 1;
         }
         let rows = end - self.at;
-        let text = format!(
-            "bit {bit} stays {} in {rows} rows; set free, the rows go on evenly",
-            u8::from(level != 0)
-        );
+        let text = evidence::stuck(bit, u8::from(level != 0), rows);
         match changes {
             HELD_BACK.. => Some((end, Judged::likely(JumpCause::StuckBit, text))),
             2 => Some((

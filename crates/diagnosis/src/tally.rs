@@ -1,5 +1,6 @@
 //! What was seen of an encoder, and the sentences that say what was judged and what could not be.
 
+use encoring_texts::Said;
 use encoring_words::Duration;
 
 use crate::axis::Axis;
@@ -10,6 +11,7 @@ use crate::places::Places;
 use crate::refresh::Refresh;
 use crate::round::Ends;
 use crate::services::Services;
+use crate::statements;
 use crate::stops::Stops;
 
 /// What else the sentences are about.
@@ -58,80 +60,51 @@ impl Tally {
         let Told { position, axis, ends, .. } = *beside;
         let period = Duration(self.period_ns.unsigned_abs());
         let told = &mut conclusion.judged;
-        told.push(format!(
-            "position {position}: {} rows, {} of them positions, {period} apart",
-            self.rows, self.positions
-        ));
+        told.push(statements::rows(position, self.rows, self.positions, period));
         let limits = &mut conclusion.limits;
-        if let Some(limit) = beside.stops.limit(beside.services) {
-            limits.push(format!("position {position}: {limit}"));
-        }
+        limits.extend(beside.stops.limit(position, beside.services));
         if self.positions < 3 {
-            limits.push(format!("position {position}: fewer than three positions: nothing can be judged"));
+            limits.push(statements::few(position));
             return;
         }
-        let motion = axis.utmost(self.period_ns, 0).unwrap_or_default();
-        let [jump, utmost] = motion.map(|jump| jump.max(self.tolerance));
-        if self.is_lost {
-            limits.push(format!(
-                "position {position}: at this period no jump can be judged: half of the positions can be passed from row to row"
-            ));
-        } else {
-            let beyond = match utmost > jump {
-                true => format!("; one of up to {utmost} may be motion within the data sheet"),
-                false => String::new(),
-            };
-            limits.push(format!(
-                "position {position}: at this period no jump of up to {jump} steps can be judged{beyond}"
-            ));
-        }
-        if let Some(contradiction) = beside.given.contradiction() {
-            limits.push(format!("position {position}: {contradiction}"));
-        }
-        for place in beside.places.missed() {
-            let at = Duration(place.time_ns);
-            limits.push(format!(
-                "position {position}: the known place {} at {at} was not compared: no row is near that time",
-                place.steps
-            ));
-        }
-        let given = axis.circle.positions;
+        limits.push(self.smallest(position, axis));
+        limits.extend(beside.given.contradiction(position));
+        let missed = beside.places.missed();
+        limits.extend(
+            missed.map(|place| statements::known_missed(position, place.steps, Duration(place.time_ns))),
+        );
+        let positions = axis.circle.positions;
         if let Some((seen, times)) = ends.other.filter(|_| axis.is_circle_known) {
-            limits.push(format!(
-                "position {position}: {given} positions are given, and {times} times they begin again after about {seen}: these are \
-                 wrong, or another scaling was active"
-            ));
+            limits.push(statements::other_end(position, positions, times, seen));
         }
         if !self.has_moved {
-            limits.push(format!(
-                "position {position}: it never moved: code, order of the halves, scaling, direction and held bits do not show"
-            ));
+            limits.push(statements::never_moved(position));
         }
-        let positions = axis.circle.positions;
         told.push(match (axis.is_circle_known, ends.times) {
-            (true, _) => format!("position {position}: {positions} positions, as given"),
-            (false, 0) => {
-                format!("position {position}: S is at least {}: no end of the range was seen", ends.most)
-            }
-            (false, times) => {
-                format!("position {position}: about {positions} positions: their end was seen {times} times")
-            }
+            (true, _) => statements::given(position, positions),
+            (false, 0) => statements::no_end(position, ends.most),
+            (false, times) => statements::ends(position, positions, times),
         });
         match beside.refresh.measured() {
-            Some(refresh) => told.push(format!(
-                "position {position}: refreshed every {refresh}, measured: by the encoder, or by what carries its words"
-            )),
-            None => limits
-                .push(format!("position {position}: the refresh time is not visible at this period or speed")),
+            Some(refresh) => told.push(statements::refresh(position, refresh)),
+            None => limits.push(statements::no_refresh(position)),
         }
         if !axis.is_scale_known {
-            limits.push(format!(
-                "position {position}: N, D and the counting direction do not show in positions; speed and acceleration were judged \
-                 as steps only: give --parameters"
-            ));
+            limits.push(statements::no_scale(position));
         }
         if !beside.services.shows_out() {
-            limits.push(format!("position {position}: without OUT in every row presets and scalings are seen only by their replies"));
+            limits.push(statements::no_out(position));
+        }
+    }
+
+    /// The smallest jump that can be judged.
+    fn smallest(&self, position: u8, axis: &Axis) -> Said {
+        let motion = axis.utmost(self.period_ns, 0).unwrap_or_default();
+        let [jump, utmost] = motion.map(|jump| jump.max(self.tolerance));
+        match self.is_lost {
+            true => statements::any_jump(position),
+            false if utmost > jump => statements::larger_jump(position, jump, utmost),
+            false => statements::small_jump(position, jump),
         }
     }
 }

@@ -36,7 +36,7 @@ fn each_position_is_counted_once_however_many_windows_look_at_it() {
         let words = (0..rows).map(|k| if k % 10 == 9 { 0x8200_270F } else { 5_000 });
         let judged = concluded(words).judged;
         let counted = format!("position 0: {rows} rows, {} of them positions,", rows - rows / 10);
-        assert!(judged[0].starts_with(&counted), "{judged:?}");
+        assert!(judged[0].text().starts_with(&counted), "{judged:?}");
     }
 }
 
@@ -57,8 +57,8 @@ fn positions_beyond_those_that_are_given_are_told_and_counted_once() {
     };
     let told = "position 0: 16000 positions are given, 0 to 15999, and 4000 rows have others, the first 16000 at line 16002: \
                 these are wrong, or another scaling was active";
-    assert!(limits(15_999).iter().any(|limit| limit == told), "{:?}", limits(15_999));
-    assert!(!limits(19_999).iter().any(|limit| limit.contains("given, 0 to")), "{:?}", limits(19_999));
+    assert!(limits(15_999).iter().any(|limit| limit.text() == told), "{:?}", limits(15_999));
+    assert!(!limits(19_999).iter().any(|limit| limit.text().contains("given, 0 to")), "{:?}", limits(19_999));
 }
 
 #[test]
@@ -182,5 +182,5 @@ fn a_known_place_at_the_end_of_all_times_is_told_as_one_that_no_row_is_near() {
         detector.sample(Sample { line: k + 2, time_ns: k * 1_000_000, position: 0, out: None, reading });
     }
     let limits = detector.finish().limits;
-    assert!(limits.iter().any(|limit| limit.contains("was not compared")), "{limits:?}");
+    assert!(limits.iter().any(|limit| limit.text().contains("was not compared")), "{limits:?}");
 }

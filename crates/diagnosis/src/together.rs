@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use encoring_host::validity::Circle;
+use encoring_texts::Said;
 use encoring_words::Duration;
 
 use crate::cause::JumpCause;
 use crate::episode::Episode;
+use crate::evidence;
 use crate::motion::way;
 use crate::verdict::Judged;
 
@@ -236,18 +238,18 @@ impl Pair {
 impl Lost {
     pub(crate) fn judged(&self) -> Judged {
         let Self { other, span_ns, steps, is_other_kept, .. } = self;
-        let what = if *is_other_kept { "is where it was" } else { "had no pause" };
+        let company = match is_other_kept {
+            true => evidence::other_is_kept(*other),
+            false => evidence::other_had_no_pause(*other),
+        };
         let pause = Duration(span_ns.unsigned_abs());
-        Judged::likely(
-            JumpCause::ZeroLost,
-            format!("behind a pause of {pause} the offset to position {other} differs by {steps} steps"),
-        )
-        .since(format!("before, both moved together; position {other} {what}"))
-        .or(&[JumpCause::Mechanical, JumpCause::Preset])
+        Judged::likely(JumpCause::ZeroLost, evidence::offset_differs(pause, *other, *steps))
+            .since(company)
+            .or(&[JumpCause::Mechanical, JumpCause::Preset])
     }
 
     /// With what would tell it apart.
-    pub(crate) fn episode(&self, judged: Judged, apart: String) -> Episode {
+    pub(crate) fn episode(&self, judged: Judged, apart: Vec<Said>) -> Episode {
         let Judged { cause, certainty, alternatives, evidence } = judged;
         Episode {
             line: self.line,

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use encoring_texts::{Decimal, Hex, Said};
 use encoring_words::model::SensorKind;
 use encoring_words::parameter::{Code, Parameter};
 use encoring_words::{Model, ParameterSet};
@@ -11,6 +12,7 @@ use crate::beyond;
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Point};
 use crate::episode::{Conclusion, Episode};
+use crate::evidence;
 use crate::given::Given;
 use crate::ledger::Ledger;
 use crate::noise;
@@ -135,7 +137,7 @@ impl Window {
     }
 
     /// What would tell a cause from others.
-    pub(crate) fn apart(&self, judged: &Judged) -> String {
+    pub(crate) fn apart(&self, judged: &Judged) -> Vec<Said> {
         judged.apart(&self.services)
     }
 
@@ -322,10 +324,11 @@ impl Window {
             false => self.rows.get(range.end).map_or(i64::MAX, |row| row.time_ns),
         };
         for Session { done, lines } in self.services.sessions(until) {
-            let (cause, what) = match done {
-                Done::Preset(value) => (JumpCause::Preset, format!("service 06 with {value:06X}h")),
-                Done::Scaling => (JumpCause::Rescaled, "service 02, 03 or 09 written".to_owned()),
-                Done::Direction => (JumpCause::Direction, "service 01 written".to_owned()),
+            let at = self.services.place(lines.0);
+            let (cause, evidence) = match done {
+                Done::Preset(value) => (JumpCause::Preset, evidence::preset_seen(Hex(value), at)),
+                Done::Scaling => (JumpCause::Rescaled, evidence::scaling_seen(at)),
+                Done::Direction => (JumpCause::Direction, evidence::direction_seen(at)),
                 Done::Check => continue,
             };
             let place = |line: u64| self.rows.partition_point(|row| row.line < line);
@@ -338,10 +341,7 @@ impl Window {
             let is_found =
                 finds.iter().any(|(found, judged)| judged.cause == cause && near.contains(&found.start));
             if !is_found && !self.ledger.has_told(cause, lines.0) && rows.end <= self.rows.len() {
-                finds.push((
-                    rows,
-                    Judged::certain(cause, format!("{what} at {}", self.services.place(lines.0))),
-                ));
+                finds.push((rows, Judged::certain(cause, evidence)));
             }
         }
     }
@@ -352,12 +352,8 @@ impl Window {
             if rows.is_empty() {
                 continue;
             }
-            let bits = |tenths: u32| format!("{}.{}", tenths / 10, tenths % 10);
-            let evidence = format!(
-                "second differences have {} bits as the rows are, and {} read so",
-                bits(tenths.0),
-                bits(tenths.1)
-            );
+            let [plain, read_so] = [tenths.0, tenths.1].map(|tenths| Decimal::Tenths(tenths.into()));
+            let evidence = evidence::smoother(plain, read_so);
             let cause = match way {
                 ReadAs::Gray => JumpCause::GrayAsBinary,
                 ReadAs::Binary | ReadAs::Plain => JumpCause::BinaryAsGray,

@@ -5,9 +5,14 @@ use encoring_diagnosis::{
     Conclusion, Detector, Episode, JumpCause, Likelihood, Options, PagePart, Picture, Sample, Sighting, page,
 };
 use encoring_figure::Chart;
+use encoring_texts::Said;
 use roxmltree::Document;
 
 /// A slow movement of `rows` rows in which every `each`-th row has a wrong bit; what the detector says, and the picture.
+fn said(text: &str) -> Said {
+    Said::new("test.any", text.to_owned(), Vec::new())
+}
+
 fn recording(rows: u64, each: u64) -> (Conclusion, Picture) {
     let mut detector = Detector::new(Options::default());
     let mut picture = Picture::default();
@@ -44,8 +49,8 @@ fn episode(line: u64, text: &str) -> Episode {
         cause: JumpCause::SingleBit,
         certainty: Likelihood::Likely,
         alternatives: vec![JumpCause::TornWords],
-        apart: text.to_owned(),
-        evidence: vec![text.to_owned()],
+        apart: vec![said(text)],
+        evidence: vec![said(text)],
     }
 }
 
@@ -105,8 +110,8 @@ fn whatever_a_text_holds_the_page_has_no_script_and_no_element_of_its_own() {
     for hostile in ["<script>alert(1)</script>", "\" onload=\"x", "</style><b>", "<!--", "&lt;", "a & b"] {
         let conclusion = Conclusion {
             episodes: vec![episode(2, hostile)],
-            judged: vec![hostile.to_owned()],
-            limits: vec![hostile.to_owned()],
+            judged: vec![said(hostile)],
+            limits: vec![said(hostile)],
         };
         let mut picture = Picture::default();
         for k in 0..4 {

@@ -2,7 +2,7 @@
 
 import { diagnose } from "./api.js";
 import { attribute, h, put, save } from "./dom.js";
-import { number, span, t } from "./texts.js";
+import { more, number, said, span, t } from "./texts.js";
 
 const BYTES_MAX = 100_000_000;
 
@@ -14,23 +14,23 @@ function place(event) {
   return `${lines}, ${span(event.time_us * 1000)}, ${t("diagnosis.at", event)}`;
 }
 
-/** An event in full. */
-function found(event, number_of) {
+/** An event in full, with its sentences. */
+function found(event, number_of, { evidence, apart }) {
   const or = event.alternatives.map((cause) => t(`cause.${cause}`)).join("; ");
   return h("li", { class: "card", "data-cause": event.cause }, h("h3", {}, `${number_of + 1}. ${t(`cause.${event.cause}`)}`),
     h("p", { class: "small" }, `${t(`certainty.${event.certainty}`)}; ${place(event)}`),
-    h("ul", { class: "small", lang: "en" }, event.evidence.map((text) => h("li", {}, text))),
+    h("ul", { class: "small" }, evidence.map((sentence) => h("li", {}, said(sentence)))),
     or ? h("p", { class: "small" }, t("diagnosis.or", { or })) : null,
-    event.apart ? h("p", { class: "small" }, t("diagnosis.apart"), " ", h("span", { lang: "en" }, event.apart)) : null);
+    apart.length > 0 ? h("p", { class: "small" }, t("diagnosis.apart"), " ", apart.map(said).join("; ")) : null);
 }
 
 function sentences(title, list) {
-  return list.length === 0 ? null : h("section", { class: "card" }, h("h3", {}, title), h("ul", { class: "small", lang: "en" }, list.map((text) => h("li", {}, text))));
+  return list.length === 0 ? null : h("section", { class: "card" }, h("h3", {}, title), h("ul", { class: "small" }, list.map((sentence) => h("li", {}, said(sentence)))));
 }
 
 /** The report and its picture. */
 function report({ name, answer }) {
-  const { report: { events, judged, limits }, rows, assumed, picture } = answer;
+  const { report: { events }, said: { events: sentences_of, judged, limits }, rows, assumed, picture } = answer;
   const image = new Blob([picture], { type: "image/svg+xml" });
   const head = events.length > 0 ? t("diagnosis.found", { count: number(events.length) }) : answer.judged && judged.length > 0 ? t("diagnosis.none") : t("diagnosis.unjudged");
   return [
@@ -39,34 +39,38 @@ function report({ name, answer }) {
       h("div", { class: "row" }, h("button", { onclick: () => save("diagnosis.svg", image) }, t("save.svg")),
         h("button", { onclick: () => save("diagnosis.json", new Blob([JSON.stringify(answer.report)], { type: "application/json" })) }, t("save.json")))),
     h("div", { class: "scroll card", tabindex: 0, "aria-label": t("diagnosis.picture") }, h("img", { class: "picture", src: URL.createObjectURL(image), alt: t("diagnosis.picture") })),
-    h("ol", { class: "plain grid", id: "events-found" }, events.map(found)),
+    h("ol", { class: "plain grid", id: "events-found" }, events.map((event, at) => found(event, at, sentences_of[at]))),
     h("div", { class: "grid" }, sentences(t("diagnosis.judged"), judged), sentences(t("diagnosis.limits"), limits)),
   ];
 }
 
 export function create(context) {
-  const said = h("p", { id: "diagnosis-said", role: "status" });
+  const status = h("p", { id: "diagnosis-said", role: "status" });
   const shown = h("div", { class: "report" });
   const model = h("select", { id: "diagnosis-model" }, h("option", { value: "" }, t("diagnosis.model.named")),
     context.about.models.map((name) => h("option", { value: name }, name.toUpperCase())));
   const file = h("input", { type: "file", id: "recording", accept: ".csv,.txt,text/csv", onchange: () => file.files[0] && read(file.files[0]) });
   const zone = h("label", { class: "drop card", id: "drop" }, h("span", {}, t("diagnosis.drop")), file);
-  const draw = () => shown.replaceChildren(...(last ? report(last) : []));
+  const draw = async () => {
+    if (!last) return;
+    await more("diagnosis");
+    shown.replaceChildren(...report(last));
+  };
   const read = async (recording) => {
     if (recording.size > BYTES_MAX) {
-      put(said, t("diagnosis.long"));
-      attribute(said, "class", "bad");
+      put(status, t("diagnosis.long"));
+      attribute(status, "class", "bad");
       return;
     }
-    put(said, t("diagnosis.reading", { name: recording.name }));
-    attribute(said, "class", "soft");
+    put(status, t("diagnosis.reading", { name: recording.name }));
+    attribute(status, "class", "soft");
     try {
       last = { name: recording.name, answer: await diagnose(recording, model.value) };
-      put(said, "");
-      draw();
+      await draw();
+      put(status, "");
     } catch (error) {
-      put(said, error.status === 503 ? t("diagnosis.busy") : t("refused", { why: error.message }));
-      attribute(said, "class", "bad");
+      put(status, error.status === 503 ? t("diagnosis.busy") : t("refused", { why: error.message }));
+      attribute(status, "class", "bad");
     }
     file.value = "";
   };
@@ -82,6 +86,6 @@ export function create(context) {
   });
   draw();
   const element = h("div", {}, h("h2", {}, t("view.diagnosis")), h("p", { class: "soft" }, t("diagnosis.intro")),
-    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, said, shown);
+    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, status, shown);
   return { element, update() {} };
 }

@@ -4,13 +4,27 @@ export const LANGUAGES = ["en", "de"];
 
 let texts = {};
 let language = "en";
+/** The further texts that were read in this language. */
+let read = new Set();
 
 /** Reads the texts of a language. */
 export async function speak(wanted) {
   language = LANGUAGES.includes(wanted) ? wanted : "en";
   const answer = await fetch(`/texts/${language}.json`);
   texts = await answer.json();
+  read = new Set();
   document.documentElement.lang = language;
+}
+
+/** Reads the texts of something that not every view needs. */
+export async function more(name) {
+  if (read.has(name)) return;
+  const wanted = language;
+  const answer = await fetch(`/texts/${wanted}/${name}.json`);
+  const further = await answer.json();
+  if (wanted !== language) return;
+  Object.assign(texts, further);
+  read.add(name);
 }
 
 /** The language that was chosen here, else that of the browser. */
@@ -23,6 +37,18 @@ export function usual() {
 export function t(key, values = {}) {
   const text = texts[key] ?? key;
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
+}
+
+/** A sentence of the server: its code and its values. */
+export function said({ code, values }) {
+  return t(code, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, worded(name, value)])));
+}
+
+function worded(name, value) {
+  if (value?.code) return said(value);
+  if (typeof value !== "number") return value;
+  if (name.endsWith("_ns")) return span(value);
+  return Number.isInteger(value) ? String(value) : value.toLocaleString(language);
 }
 
 /** A number as people of this language write it. */
