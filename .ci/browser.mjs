@@ -1,9 +1,9 @@
 // The page as people use it, in Chromium: node browser.mjs PROGRAM TOOLS PICTURES.
 //
 // The worked example by mouse and by keyboard alone, a broken segment, a shaft that is dragged, the five lessons, a
-// recording that is dropped, a ring behind a gateway, a page behind a token, and every view in two languages, two themes
-// and two widths. Nothing may be said on the console, asked of another place, or be
-// wider than the screen, and what the page shows is what the API says.
+// recording that is dropped, a trend that is zoomed, a ring behind a gateway, a page behind a token, and every view in
+// two languages, two themes and two widths. Nothing may be said on the console, asked of another place, or be wider than
+// the screen, and what the page shows is what the API says.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -19,6 +19,19 @@ const axe = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
 
 /** The manuals' example: 1000 steps a turn over ten turns; number of the service and its value. */
 const EXAMPLE = [[2, 9999], [3, 10], [9, 1]];
+
+/** What a backup of the CE-65-M of the built-in ring says. */
+const BACKUP = `version = 1
+model = "ce-65-m"
+[unit]
+native = 4096
+[parameters]
+counting_direction = 0
+measuring_length = 16777215
+numerator = 4096
+denominator = 1
+ssi_values = 24
+`;
 
 const problems = [];
 
@@ -317,13 +330,68 @@ async function dropped(browser, base) {
   await page.context().close();
 }
 
+/** The part of the time that the trend shows, in seconds. */
+const shown = async (page) => {
+  const [, from, to] = /from ([\d.]+) s to ([\d.]+) s/.exec(await text(page, "#trend-said"));
+  return [Number(from), Number(to)];
+};
+
+/** The trend, zoomed and moved by mouse and by keyboard, and saved. */
+async function trend(browser, base) {
+  const page = await open(browser, base);
+  await page.goto(`${base}/#trend/1`);
+  await page.waitForFunction(() => Number(/([\d,]+) samples/.exec(document.querySelector("#trend-said")?.textContent)?.[1]) > 60);
+  const box = await page.locator("#trend").boundingBox();
+  const at = (share) => [box.x + box.width * share, box.y + box.height / 3];
+  await page.mouse.move(...at(0.85));
+  await page.mouse.down();
+  await page.mouse.move(...at(0.95), { steps: 4 });
+  await page.mouse.up();
+  await until(page, "#hold", "Go on");
+  const [from, to] = await shown(page);
+  assert.ok(Math.abs(to - from - 1) < 0.05, `a tenth of ten seconds: ${from} to ${to}`);
+  await page.focus("#trend");
+  for (const [key, wanted] of [["-", (begin, end) => end - begin > 1.2], ["+", (begin, end) => end - begin < 1.1], ["ArrowLeft", (begin) => begin < from]]) {
+    await page.keyboard.press(key);
+    const [begin, end] = await shown(page);
+    assert.ok(wanted(begin, end), `${key}: ${begin} to ${end}, before it ${from} to ${to}`);
+  }
+  const before = await shown(page);
+  await page.mouse.move(...at(0.5));
+  await page.mouse.wheel(0, -100);
+  await page.waitForFunction(([wide]) => {
+    const [, from, to] = /from ([\d.]+) s to ([\d.]+) s/.exec(document.querySelector("#trend-said").textContent);
+    return to - from < wide;
+  }, [before[1] - before[0] - 0.1]);
+  await page.mouse.move(box.x + 5, box.y - 20);
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.click("#csv")]);
+  const [head, ...rows] = readFileSync(await saved.path(), "utf8").trim().split("\n");
+  assert.equal(head, "time_us,out,in,value,event");
+  const [first, last] = await shown(page);
+  assert.ok(rows.length > 1 && rows.every((row) => Number(row.split(",")[0]) / 1e6 >= first - 0.001 && Number(row.split(",")[0]) / 1e6 <= last + 0.001), `${rows.length} rows`);
+  const [drawn] = await Promise.all([page.waitForEvent("download"), page.click("#png")]);
+  assert.equal(readFileSync(await drawn.path()).subarray(1, 4).toString(), "PNG");
+  await page.screenshot({ path: `${pictures}/trend.png`, fullPage: true });
+  await page.focus("#trend");
+  await page.keyboard.press("0");
+  await until(page, "#hold", "Hold");
+  await page.context().close();
+}
+
 /** A ring behind a gateway: read only, then with every write asked for, then without a gateway. */
 async function behind_a_gateway(browser) {
   await running(["sim", "--web", "off", "--modbus", "127.0.0.1:0"], async ({ modbus }, sim) => {
     const serve = ["serve", "--web", "127.0.0.1:0", "--bus", `modbus-tcp://${modbus}?status=holding:900&parameter=holding:901`, "--at", "0-2", "--model", "la-66,ce-100-m,ce-65-m"];
-    await running(serve, async ({ web }) => {
+    const backup = `${pictures}/axis.toml`;
+    writeFileSync(backup, BACKUP);
+    await running([...serve, "--parameters", `2=${backup}`], async ({ web }) => {
       const base = `http://${web}`;
       const page = await open(browser, base);
+      await page.goto(`${base}/#encoder/2`);
+      await until(page, '[data-row="place"]', "turns");
+      await until(page, '[data-service="2"]', "16777215by axis.toml");
+      await until(page, '[data-service="3"] td', "not known");
+      assert.ok(await page.isDisabled("#read-all"));
       await page.goto(`${base}/#handshake/1`);
       await page.waitForSelector("#only-shows");
       assert.ok(await page.isDisabled("#go"));
@@ -342,6 +410,14 @@ async function behind_a_gateway(browser) {
       await page.goto(`${base}/#ring`);
       await until(page, "#strip", "a real ring");
       assert.equal(await page.locator('nav a[href="#lessons"]').count(), 0);
+      await page.goto(`${base}/#encoder/2`);
+      await until(page, "#data-check", "were not read");
+      await page.click("#read-all");
+      await page.click('[data-do="agree"]');
+      await until(page, "#read-said", "5 of 5");
+      await until(page, '[data-service="2"] td', "16777215read");
+      await until(page, "#data-check", "would accept");
+      await page.screenshot({ path: `${pictures}/serve-read.png`, fullPage: true });
       await page.goto(`${base}/#handshake/1`);
       await page.selectOption("#service", "2");
       await page.fill("#data", "9999");
@@ -430,7 +506,7 @@ const browser = await chromium.launch({
   args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run"],
 });
 try {
-  const on_a_ring = [by_mouse, by_keyboard, broken_segment_and_lesson, dragged, dropped, lessons_by_mouse, lessons_by_keyboard, every_view];
+  const on_a_ring = [by_mouse, by_keyboard, broken_segment_and_lesson, dragged, trend, dropped, lessons_by_mouse, lessons_by_keyboard, every_view];
   const alone = [behind_a_gateway, behind_a_token];
   for (const part of [...on_a_ring, ...alone]) {
     const began = performance.now();

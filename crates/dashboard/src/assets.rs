@@ -48,6 +48,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/connectors.js", "js/connectors.js", "text/javascript; charset=utf-8"),
     asset!("/js/login.js", "js/login.js", "text/javascript; charset=utf-8"),
     asset!("/js/clock.js", "js/clock.js", "text/javascript; charset=utf-8"),
+    asset!("/js/part.js", "js/part.js", "text/javascript; charset=utf-8"),
     asset!("/js/polled.js", "js/polled.js", "text/javascript; charset=utf-8"),
     asset!("/js/api.js", "js/api.js", "text/javascript; charset=utf-8"),
     asset!("/js/dom.js", "js/dom.js", "text/javascript; charset=utf-8"),

@@ -54,9 +54,14 @@ impl Frames {
 
     /// A frame that is at most one frame old.
     pub(crate) async fn fresh(&self) -> Result<Arc<Frame>, RingStopped> {
+        self.of_age(self.every).await
+    }
+
+    /// A frame that is younger than this.
+    async fn of_age(&self, age: Duration) -> Result<Arc<Frame>, RingStopped> {
         let _making = self.making.lock().await;
         let latest = Arc::clone(&self.latest.borrow());
-        if latest.made.is_some_and(|made| made.elapsed() < self.every) {
+        if latest.made.is_some_and(|made| made.elapsed() < age) {
             return Ok(latest);
         }
         let ring = Arc::clone(&self.ring);
@@ -83,7 +88,8 @@ impl Frames {
         tick.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
             tick.tick().await;
-            if self.streams() > 0 && self.fresh().await.is_err() {
+            // The one of the tick before is a little younger than a frame, since it took time to be made.
+            if self.streams() > 0 && self.of_age(self.every / 2).await.is_err() {
                 return;
             }
         }

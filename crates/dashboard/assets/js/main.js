@@ -188,9 +188,9 @@ async function begin() {
     return begin();
   }
   page.units = await api.units();
+  trend.collect(page);
   show();
   addEventListener("hashchange", show);
-  trend.collect(page);
   api.follow(
     (state) => { page.state = state; clock.now(state.ring.time_ns); trend.seen(state); lessons.watch(state); soon(); },
     (connected) => { page.connected = connected; soon(); },
