@@ -15,10 +15,15 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use crate::bus::{Answered, Bus, BusError, LinkEvent};
 use crate::history::{RingHistory, RingNews, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
+use crate::misread::{Misread, can_be_sent};
 use crate::referees::Referees;
 
 /// How long a wait may be before the stop mark is looked at.
 const SLICE: Duration = Duration::from_millis(50);
+
+/// For so long after a word that no encoder sends nothing is said of whoever writes OUT: the words that look like an
+/// encoder's may be turned round too.
+const DOUBTED_FOR: Duration = Duration::from_secs(10);
 
 /// When the polls are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -173,6 +178,8 @@ pub struct Watch<'a, B: ?Sized> {
     history: RingHistory,
     acknowledged: Vec<usize>,
     referees: Referees,
+    /// Of each encoder the last word that no encoder sends.
+    nobodys: Vec<Option<(Instant, InWord)>>,
     poll: Poll,
 }
 
@@ -202,6 +209,7 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             plan,
             stop,
             input: vec![InWord(0); subjects.len()],
+            nobodys: vec![None; subjects.len()],
             subjects,
             runs,
             out_words: OutWords { is_readable: true, is_asked: true },
@@ -281,6 +289,14 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         &self.referees
     }
 
+    /// How the words of an encoder are turned round, as one within the last ten seconds shows that no encoder sends.
+    #[must_use]
+    pub fn misread(&self, position: usize) -> Option<Misread> {
+        let place = self.subjects.iter().position(|subject| subject.position == position)?;
+        let (at, word) = self.nobodys.get(place).copied().flatten()?;
+        Misread::of(word).filter(|_| self.poll.at.since(at) < DOUBTED_FOR)
+    }
+
     /// Waits for the next poll and makes it. `None` when it is to end.
     pub fn poll(&mut self) -> Option<&Poll> {
         self.poll_with(|_| None)
@@ -349,10 +365,21 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
 
     /// The words once more, for what they tell of whoever writes OUT.
     fn referee(&mut self) {
-        for sight in &self.poll.sights {
-            if let (Ok(position), Some(seen)) = (u8::try_from(sight.position), sight.observed()) {
-                self.referees.observe(position, seen);
+        for (sight, nobodys) in self.poll.sights.iter().zip(&mut self.nobodys) {
+            if let Some(word) = sight.input.filter(|word| !can_be_sent(*word)) {
+                *nobodys = Some((sight.at, word));
             }
+            let doubted = nobodys.is_some_and(|(at, _)| sight.at.since(at) < DOUBTED_FOR);
+            let (Ok(position), Some(seen)) = (u8::try_from(sight.position), sight.observed()) else {
+                continue;
+            };
+            let seen = match seen {
+                Observed::Cycle { at, out, input, .. } if doubted => {
+                    Observed::Cycle { at, out, input, line: LineSeen::Bad }
+                }
+                seen => seen,
+            };
+            self.referees.observe(position, seen);
         }
         self.poll.findings.clear();
         self.take_findings();

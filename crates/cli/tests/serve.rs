@@ -9,13 +9,17 @@
 )]
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread;
 
 use serde_json::{Value, json};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
 const TOKEN: &str = "a-token-of-a-test-1234";
+
+/// A time-out is long for a loaded machine, and short for whoever waits for one.
+const OPTIONS: &str = "timeout_ms=300&status=holding:900&parameter=holding:901";
 
 /// A program that runs on until the test ends.
 struct Running {
@@ -44,11 +48,15 @@ impl Running {
         Self::start(&["sim", "--web", "off", "--modbus", "0", "--control", "0"])
     }
 
-    /// The page of that ring. A time-out is long for a loaded machine, and short for whoever waits for one.
+    /// The page of that ring.
     fn page_of(gateway: &Self, more: &[&str]) -> Self {
         let address = gateway.listening["modbus"].as_str().unwrap();
-        let bus = format!("modbus-tcp://{address}?timeout_ms=300&status=holding:900&parameter=holding:901");
-        let at = ["serve", "--web", "0", "--bus", &bus, "--at", "0-2", "--model", "la-66,ce-100-m,ce-65-m"];
+        Self::page_over(&format!("modbus-tcp://{address}?{OPTIONS}"), more)
+    }
+
+    /// The same, reached as it is said.
+    fn page_over(bus: &str, more: &[&str]) -> Self {
+        let at = ["serve", "--web", "0", "--bus", bus, "--at", "0-2", "--model", "la-66,ce-100-m,ce-65-m"];
         Self::start(&[&at, more].concat())
     }
 
@@ -202,6 +210,92 @@ fn a_gateway_that_fails_is_told_as_such_and_the_page_goes_on_when_it_is_back() {
     drop(gateway);
     page.once(|ring| ring["link"]["up"] == false && ring["link"]["cause"] == "no_answer_no_connection");
     page.event("link_failed");
+}
+
+#[test]
+fn a_gateway_that_exchanges_halves_is_told_as_such_and_nobody_is_blamed() {
+    let gateway = Running::gateway();
+    gateway.tell(&json!({ "verb": "set", "position": 2, "set": { "raw": 1234 } }));
+    let address = gateway.listening["modbus"].as_str().unwrap();
+    let page = Running::page_over(
+        &format!("modbus-tcp://{address}?order=low-first&{OPTIONS}"),
+        &["--allow-control"],
+    );
+    let ring = page.once(|ring| ring["devices"]["2"]["in"] == "04D20000");
+    let device = &ring["devices"]["2"];
+    assert_eq!((&device["verdict"], &device["misread"]), (&json!("implausible_bits"), &json!("halves")));
+    assert!(device["value"].is_null());
+    let (status, answer) = page.command(&json!({ "verb": "service", "position": 2, "service": 2 }));
+    assert_eq!(status, 400);
+    assert!(answer["error"].as_str().unwrap().contains("halves exchanged"), "{answer}");
+    // A position whose lower half is an error bit, for longer than an ignored error is borne.
+    gateway.tell(&json!({ "verb": "set", "position": 2, "set": { "raw": 0x2000 } }));
+    let faulty = page.once(|ring| ring["devices"]["2"]["verdict"] == "faulty");
+    assert_eq!(faulty["devices"]["2"]["misread"], "halves");
+    let polls = faulty["polls"].as_u64().unwrap();
+    let later = page.once(|ring| ring["polls"].as_u64() > Some(polls + 150));
+    let blamed = |finding: &Value| finding["position"] == 2;
+    assert!(!later["referee"]["findings"].as_array().unwrap().iter().any(blamed), "{later}");
+    let known = later["devices"]["2"]["parameters"].as_array().unwrap();
+    assert!(known.iter().all(|known| known["programmed"].is_null()), "{known:?}");
+}
+
+/// Passes Modbus RTU on a TCP connection on to a server of Modbus TCP, frame by frame.
+fn rtu_before(server: String) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    thread::spawn(move || {
+        for client in listener.incoming() {
+            // Whoever has gone, on either side, is served no more.
+            let Ok(server) = TcpStream::connect(&server) else { continue };
+            let _ = passed_on(client.unwrap(), server);
+        }
+    });
+    address
+}
+
+fn passed_on(mut client: TcpStream, mut server: TcpStream) -> std::io::Result<()> {
+    loop {
+        let mut frame = vec![0; 8];
+        client.read_exact(&mut frame)?;
+        if frame[1] == 16 {
+            // What is written, and the two bytes of the check sum that the first eight had no room for.
+            let more = usize::from(frame[6]) + 1;
+            frame.resize(8 + more, 0);
+            client.read_exact(&mut frame[8..])?;
+        }
+        frame.truncate(frame.len() - 2);
+        let mut request = vec![0, 1, 0, 0, 0, frame.len() as u8];
+        request.extend(frame);
+        server.write_all(&request)?;
+        let mut head = [0; 6];
+        server.read_exact(&mut head)?;
+        let mut answer = vec![0; usize::from(u16::from_be_bytes([head[4], head[5]]))];
+        server.read_exact(&mut answer)?;
+        let sum = answer.iter().fold(0xFFFF_u16, |sum, byte| {
+            (0..8).fold(sum ^ u16::from(*byte), |sum, _| (sum >> 1) ^ if sum & 1 == 1 { 0xA001 } else { 0 })
+        });
+        answer.extend(sum.to_le_bytes());
+        client.write_all(&answer)?;
+    }
+}
+
+#[test]
+fn a_ring_behind_modbus_rtu_over_tcp_is_shown_read_and_missed() {
+    let gateway = Running::gateway();
+    gateway.tell(&json!({ "verb": "set", "position": 2, "set": { "raw": 1234 } }));
+    let rtu = rtu_before(gateway.listening["modbus"].as_str().unwrap().to_owned());
+    let mut page = Running::page_over(&format!("modbus-rtu-tcp://{rtu}?{OPTIONS}"), &["--allow-control"]);
+    let ring = page.once(|ring| ring["devices"]["2"]["value"] == 1234 && ring["line"] == "good");
+    assert_eq!(ring["devices"]["2"]["misread"], Value::Null);
+    let (status, answer) = page.command(&json!({ "verb": "service", "position": 1, "service": 2 }));
+    assert_eq!((status, &answer["reply"]["error"]), (200, &json!(false)), "{answer}");
+    let read = &answer["reply"]["data"];
+    page.once(|ring| ring["devices"]["1"]["parameters"][1]["programmed"]["value"] == *read);
+    drop(gateway);
+    page.event("link_down");
+    let ring = page.once(|ring| ring["link"]["up"] == false);
+    assert!(ring["devices"]["2"]["value"].is_null(), "{ring}");
 }
 
 #[test]

@@ -8,8 +8,10 @@ mod tests;
 
 use encoring_words::model::{Effect, Sensor, SensorKind};
 use encoring_words::parameter::PARAMETERS;
-use encoring_words::word::{In, ServiceFields, ServiceNumber};
-use encoring_words::{Access, ErrorStatus, InWord, Instant, Model, Parameter, ParameterSet, Service};
+use encoring_words::word::{In, READ_WRITE_BIT, SERVICE, ServiceFields, ServiceNumber};
+use encoring_words::{
+    Access, ErrorStatus, InWord, Instant, Model, OutWord, Parameter, ParameterSet, Service,
+};
 use serde::Serialize;
 
 /// What a file says of the encoder at a position.
@@ -77,7 +79,7 @@ pub(crate) struct KnownEncoder {
     model: Model,
     sensor: Option<Sensor>,
     parameters: Vec<(Parameter, KnownParameter)>,
-    /// The IN word before: a reply stands for many polls.
+    /// The reply that was taken last: it stands for many polls.
     last: Option<InWord>,
 }
 
@@ -103,12 +105,16 @@ impl KnownEncoder {
         self.parameters.iter().map(|(_, known)| *known).collect()
     }
 
-    /// Takes a word that came from the encoder.
-    pub(crate) fn saw(&mut self, at: Instant, input: InWord) {
-        if self.last.replace(input) == Some(input) {
+    /// Takes what stood on both words. A reply counts beside the request that it replies to: what a gateway turns round
+    /// may look like one.
+    pub(crate) fn saw(&mut self, at: Instant, out: Option<OutWord>, input: InWord) {
+        let In::Reply(reply) = input.decode() else {
+            self.last = None;
             return;
-        }
-        if let In::Reply(reply) = input.decode() {
+        };
+        let requests =
+            |out: OutWord| [SERVICE, READ_WRITE_BIT].iter().all(|field| field.of(out.0) == field.of(input.0));
+        if out.is_some_and(requests) && self.last.replace(input) != Some(input) {
             self.replied(at, reply);
         }
     }

@@ -259,7 +259,7 @@ impl Polled {
                 | (_, None) => {
                     known.lost();
                 }
-                (_, Some(input)) => known.saw(sight.at, input),
+                (_, Some(input)) => known.saw(sight.at, sight.out, input),
             }
             if let Some(Insight { active, .. }) = onlooker.insight(sight.position) {
                 known.inside(sight.at, &active);
@@ -333,7 +333,7 @@ impl Polled {
             if let Some(input) = look.input {
                 watched.saw(look.at, position, look.out, input);
                 if let Some(known) = &mut known {
-                    known.saw(look.at, input);
+                    known.saw(look.at, Some(look.out), input);
                 }
             }
         });

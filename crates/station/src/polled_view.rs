@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use encoring_bus::misread::Misread;
 use encoring_bus::watch::{HandshakePhase, Sight, Subject, TOLD_BY_POLLS, Watch};
 use encoring_bus::{Blind, Bus, BusError, Cause, Judgement, Link};
 use encoring_diagnosis::FoundView;
@@ -95,6 +96,9 @@ pub struct PolledDevice {
     pub handshake: &'static str,
     /// What is impossible of an implausible position.
     pub why: Option<WhyView>,
+    /// How its words are turned round on their way, as one shows that no encoder sends: `halves`, `bytes` or
+    /// `halves_and_bytes`.
+    pub misread: Option<&'static str>,
     /// What was found of the jump that makes it implausible.
     pub likely: Option<FoundView>,
     /// The error status, if a data check has told it since the error bit is set.
@@ -129,6 +133,14 @@ pub(crate) struct Beside<'a> {
     pub(crate) known: &'a [KnownEncoder],
     pub(crate) causes: &'a Causes,
     pub(crate) lamps: &'a dyn Fn(usize) -> Option<LampsView>,
+}
+
+const fn turned(way: Misread) -> &'static str {
+    match way {
+        Misread::Halves => "halves",
+        Misread::Bytes => "bytes",
+        Misread::HalvesAndBytes => "halves_and_bytes",
+    }
 }
 
 impl WhyView {
@@ -214,6 +226,7 @@ impl PolledView {
         };
         let seen = poll.sights.iter().zip(watch.subjects()).zip(beside.known);
         let devices = seen.map(|((sight, subject), known)| PolledDevice {
+            misread: watch.misread(sight.position).map(turned),
             likely: beside.causes.of(sight.position).cloned(),
             parameters: known.parameters(),
             data_check: known.data_check(),
@@ -259,6 +272,7 @@ impl PolledDevice {
             error: false,
             handshake: "unknown",
             why: None,
+            misread: None,
             likely: None,
             status: None,
             measuring_length: None,

@@ -507,6 +507,21 @@ fn what_stands_for_long_or_is_written_in_a_circle_is_told_of_whoever_writes_out(
 }
 
 #[test]
+fn beside_words_that_no_encoder_sends_nothing_is_said_of_whoever_writes_out() {
+    // A shaft that passes 2000h in its lower half, which a gateway exchanges with the upper one.
+    let turned = (0x1FF0..0x2050_u32).map(|low| (0, low << 16)).collect::<Vec<_>>();
+    assert_eq!(found(&turned), []);
+    let mut bus = Script::new([Ok(0x1F00_0000), Ok(0x2000_0000)]);
+    let subjects = vec![Subject { position: 0, judge: blind(Model::Ce65M) }];
+    let mut watch = Watch::new(&mut bus, subjects, EVERY, mark());
+    let ways = [0, 1].map(|_| {
+        watch.poll().unwrap();
+        watch.misread(0)
+    });
+    assert_eq!(ways, [Some(Misread::Halves); 2]);
+}
+
+#[test]
 fn what_a_right_program_could_look_like_between_two_polls_is_not_told() {
     // The number comes with the bit, the bit falls before a reply was seen, and the data change.
     assert_eq!(

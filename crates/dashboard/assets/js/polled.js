@@ -67,10 +67,11 @@ function position(context) {
   const why = list_of({ id: "why" });
   const likely = list_of({ class: "small", id: "likely" });
   const causes = list_of({ class: "small", id: "step-changes" });
+  const turned = h("p", { class: "warn", id: "misread" });
   const blind = list_of({ class: "small", id: "blind" });
   const explained = h("button", { id: "acknowledge", onclick: () => context.order({ verb: "acknowledge", position: context.position }) }, t("acknowledge"));
   const jumped = h("div", {}, h("p", { class: "row" }, explained, h("span", { class: "small" }, t("acknowledge.when"))), likely.list, causes.list);
-  const element = h("section", { class: "card double" }, h("h3", {}, t("position")), big, of, travel, verdict, why.list, jumped, blind.list,
+  const element = h("section", { class: "card double" }, h("h3", {}, t("position")), big, of, travel, verdict, why.list, turned, jumped, blind.list,
     h("table", {}, h("tbody", {}, rows.map(([name, cell]) => h("tr", {}, h("th", { scope: "row" }, t(`position.${name}`)), cell)))));
   return {
     element,
@@ -85,6 +86,7 @@ function position(context) {
       put(verdict, t(`worth.${device.verdict}`));
       attribute(verdict, "class", worth(device.verdict));
       why.show(plain(reasons(device, ring)));
+      put(turned, device.misread == null ? "" : t(`misread.${device.misread}`));
       // Only a step of the position waits for somebody who explains it.
       jumped.hidden = device.why?.from == null;
       const { likely: found } = device;

@@ -9,8 +9,8 @@ fn ce65(file: &[(Parameter, u32)]) -> KnownEncoder {
 /// Each reply, with the position between two of them.
 fn saw(known: &mut KnownEncoder, replies: &[u32]) {
     for (k, reply) in replies.iter().enumerate() {
-        known.saw(Instant(10 * k as u64), InWord(*reply));
-        known.saw(Instant(10 * k as u64 + 5), InWord(1_000));
+        known.saw(Instant(10 * k as u64), Some(OutWord(*reply)), InWord(*reply));
+        known.saw(Instant(10 * k as u64 + 5), Some(OutWord(0)), InWord(1_000));
     }
 }
 
@@ -97,4 +97,19 @@ fn where_the_rating_plate_is_not_known_only_what_holds_for_each_of_them_is_told(
     // 8191 steps over a turn: right with 8192 steps a turn, too many with 4096.
     saw(&mut known, &[0x8200_1FFF, 0x8300_0001]);
     assert_eq!(known.data_check(), None);
+}
+
+#[test]
+fn what_nobody_asked_for_is_no_reply() {
+    // A position of 1000000 whose halves a gateway exchanges looks like one at times.
+    let mut known = ce65(&[]);
+    for (out, input) in
+        [(Some(OutWord(0)), 0x8200_00FF), (None, 0x8200_00FF), (Some(OutWord(0x8300_0000)), 0x8200_00FF)]
+    {
+        known.saw(Instant(0), out, InWord(input));
+    }
+    assert_eq!(values(&known, LENGTH), [None; 3]);
+    // The bit falls before the reply goes.
+    known.saw(Instant(0), Some(OutWord(0x0200_0000)), InWord(0x8200_00FF));
+    assert_eq!(values(&known, LENGTH)[0], Some((255, KnownFrom::Read)));
 }
