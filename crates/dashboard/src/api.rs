@@ -26,7 +26,7 @@ use tokio::time::{Instant, timeout};
 use crate::frames::Frame;
 use crate::in_json::{given, in_json, refused, stopped};
 use crate::shared::{BODY_BYTES_MAX, Ends, Shared};
-use crate::{assets, diagnose, guard, metrics, units};
+use crate::{assets, diagnose, guard, metrics, sheet, units};
 
 /// The most changes in one answer; the next ones are asked for then.
 const CHANGES_MAX: usize = 2_000;
@@ -39,12 +39,13 @@ struct Way {
     handler: fn() -> MethodRouter<Shared>,
 }
 
-const WAYS: [Way; 11] = [
+const WAYS: [Way; 12] = [
     Way { path: "/healthz", method: "get", handler: || get(healthz) },
     Way { path: "/metrics", method: "get", handler: || get(metrics::metrics) },
     Way { path: "/api/state", method: "get", handler: || get(state) },
     Way { path: "/api/about", method: "get", handler: || get(about) },
     Way { path: "/api/units", method: "get", handler: || get(units_of) },
+    Way { path: "/api/sheet", method: "get", handler: || get(sheet::sheet) },
     Way { path: "/api/history", method: "get", handler: || get(history) },
     Way { path: "/api/happened", method: "get", handler: || get(happened) },
     Way { path: "/api/events", method: "get", handler: || get(events) },

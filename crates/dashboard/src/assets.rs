@@ -36,6 +36,12 @@ const ASSETS: &[Asset] = &[
     asset!("/api/openapi.json", "openapi.json", "application/json"),
     asset!("/texts/en.json", "texts/en.json", "application/json"),
     asset!("/texts/de.json", "texts/de.json", "application/json"),
+    asset!("/texts/de/sheet.json", "texts/de/sheet.json", "application/json"),
+    Asset {
+        path: "/texts/en/sheet.json",
+        kind: "application/json",
+        content: Content::Made(|| said_in_english(encoring_sheet::sentences())),
+    },
     asset!("/texts/de/diagnosis.json", "texts/de/diagnosis.json", "application/json"),
     Asset {
         path: "/texts/en/diagnosis.json",
@@ -46,6 +52,7 @@ const ASSETS: &[Asset] = &[
     asset!("/js/ask.js", "js/ask.js", "text/javascript; charset=utf-8"),
     asset!("/js/diagnosis.js", "js/diagnosis.js", "text/javascript; charset=utf-8"),
     asset!("/js/connectors.js", "js/connectors.js", "text/javascript; charset=utf-8"),
+    asset!("/js/sheet.js", "js/sheet.js", "text/javascript; charset=utf-8"),
     asset!("/js/login.js", "js/login.js", "text/javascript; charset=utf-8"),
     asset!("/js/clock.js", "js/clock.js", "text/javascript; charset=utf-8"),
     asset!("/js/part.js", "js/part.js", "text/javascript; charset=utf-8"),

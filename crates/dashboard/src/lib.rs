@@ -18,6 +18,7 @@ mod metrics;
 mod patch;
 mod server;
 mod shared;
+mod sheet;
 mod units;
 
 pub use access::{NotAToken, WebToken};

@@ -8,7 +8,10 @@ use std::path::PathBuf;
 use encoring_bus::Judgement;
 use encoring_diagnosis::CAUSES;
 use encoring_host::referee::RULES;
-use encoring_texts::SaidTemplate;
+use encoring_sheet::{Sheet, SheetCell, SheetSection};
+use encoring_texts::{Said, SaidTemplate, SaidValue};
+use encoring_words::model::MODELS;
+use encoring_words::sheet::SECTIONS;
 
 type Texts = BTreeMap<String, String>;
 
@@ -73,6 +76,62 @@ fn both_languages_have_the_same_texts_with_the_same_values() {
     }
     let differ = english.iter().filter(|(key, text)| german[*key] != **text).count();
     assert!(differ * 10 > english.len() * 8, "{differ} of {} are translated", english.len());
+}
+
+/// A sentence with the sentences that stand in it.
+fn all_of(said: &Said, found: &mut BTreeSet<String>) {
+    found.insert(said.code().to_owned());
+    for (_, value) in said.values() {
+        if let SaidValue::Said(part) = value {
+            all_of(part, found);
+        }
+    }
+}
+
+/// The codes of everything that the data sheets say, of pins of the connectors, and of the manual's remedies.
+fn of_sheets() -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for model in MODELS {
+        for section in Sheet::new(model, &SECTIONS).sections {
+            section.notes.iter().for_each(|note| all_of(note, &mut found));
+            for cell in section.rows.rows.into_iter().flatten() {
+                if let SheetCell::Said(said) = cell {
+                    all_of(&said, &mut found);
+                }
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn everything_that_a_data_sheet_says_has_a_german_text_and_every_column_and_section_a_heading() {
+    let german = texts("de/sheet");
+    let said = of_sheets();
+    let templates: Vec<&str> = encoring_sheet::sentences().map(|said| said.code).collect();
+    let missing: Vec<_> = said.iter().filter(|code| !german.contains_key(*code)).collect();
+    assert_eq!(missing, Vec::<&String>::new(), "these have no German text");
+    let unsaid: Vec<_> =
+        german.keys().filter(|code| !said.contains(*code) && !templates.contains(&code.as_str())).collect();
+    assert_eq!(unsaid, Vec::<&String>::new(), "nobody says these");
+    for SaidTemplate { code, english, values } in encoring_sheet::sentences() {
+        let values: BTreeSet<&str> = values.iter().copied().collect();
+        assert_eq!(places(english), values, "{code}");
+        assert_eq!(places(&german[*code]), values, "{code}");
+    }
+    for (code, text) in german.iter().filter(|(code, _)| !templates.contains(&code.as_str())) {
+        assert_eq!((places(code), places(text)), (BTreeSet::new(), BTreeSet::new()), "{code}");
+        assert!(!text.trim().is_empty(), "{code}");
+    }
+    let english = texts("en");
+    for model in MODELS {
+        for SheetSection { section, rows, .. } in Sheet::new(model, &SECTIONS).sections {
+            assert!(english.contains_key(&format!("section.{}", section.name())), "{}", section.name());
+            for column in rows.columns {
+                assert!(english.contains_key(&format!("sheet.column.{column}")), "{column}");
+            }
+        }
+    }
 }
 
 /// Every sentence that the server can send has a German text with its values; the English one is the server's own.

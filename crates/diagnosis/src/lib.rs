@@ -38,6 +38,7 @@ mod evidence;
 mod found;
 mod given;
 mod ledger;
+mod manual;
 mod misread;
 mod motion;
 mod noise;

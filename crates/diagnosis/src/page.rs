@@ -5,10 +5,10 @@ use std::fmt::Write;
 use encoring_figure::{Chart, Escaped};
 use encoring_texts::Said;
 use encoring_words::Duration;
-use encoring_words::model::MODELS;
 
 use crate::cause::JumpCause;
 use crate::episode::{Conclusion, Episode};
+use crate::manual::step_changes;
 use crate::said::printed;
 
 /// What a page says of a recording.
@@ -100,11 +100,8 @@ fn place(episode: &Episode) -> String {
 
 /// What the manual has to say of step changes [R150..R153].
 fn remedies(page: &mut String) {
-    let Some(known) = MODELS.iter().map(|model| model.step_changes()).find(|known| !known.is_empty()) else {
-        return;
-    };
     page.push_str("<h2>Step changes, as the manual has them</h2>\n<table>\n<tr><th>cause<th>remedy</tr>\n");
-    for row in known {
+    for row in step_changes() {
         put(page, format_args!("<tr><td>{}<td>{}</tr>\n", Escaped(row.cause), Escaped(row.remedy)));
     }
     page.push_str("</table>\n");

@@ -3,14 +3,13 @@
 use std::fmt;
 
 use encoring_texts::Said;
-use encoring_words::model::MODELS;
+use encoring_words::Duration;
 use encoring_words::sheet::StepChange;
-use encoring_words::{Duration, Model};
 use serde::Serialize;
 
-use crate::cause::JumpCause;
 use crate::episode::Episode;
 use crate::found::FoundView;
+use crate::manual::{is_of_the_manual, step_changes};
 use crate::recorded::Diagnosed;
 
 /// An episode.
@@ -50,17 +49,6 @@ impl ReportedEvent {
             is_of_the_manual: is_of_the_manual(episode),
         }
     }
-}
-
-/// Whether it is, or may be, mechanical or electrical.
-fn is_of_the_manual(episode: &Episode) -> bool {
-    let causes = [episode.cause].into_iter().chain(episode.alternatives.iter().copied());
-    causes.into_iter().any(JumpCause::is_of_the_manual)
-}
-
-/// The table of the one manual that has it.
-fn step_changes() -> &'static [StepChange] {
-    MODELS.into_iter().map(Model::step_changes).find(|steps| !steps.is_empty()).unwrap_or_default()
 }
 
 impl DiagnosisReport {

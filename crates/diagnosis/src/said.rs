@@ -1,9 +1,11 @@
 //! The sentences of a diagnosis as codes and values, beside the English ones.
 
 use encoring_texts::{Said, SaidTemplate};
+use encoring_words::sheet::StepChange;
 use serde::Serialize;
 
 use crate::episode::{Conclusion, Episode};
+use crate::manual::{is_of_the_manual, step_changes};
 use crate::{apart, evidence, statements};
 
 /// Every sentence that a diagnosis can say.
@@ -24,6 +26,22 @@ pub struct SaidReport {
     events: Vec<SaidOfEvent>,
     judged: Vec<Said>,
     limits: Vec<Said>,
+    /// What the manual says of step changes, if one may be mechanical or electrical [R150..R153].
+    remedies: Vec<Remedy>,
+}
+
+/// A cause of step changes with what helps.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+struct Remedy {
+    cause: Said,
+    remedy: Said,
+}
+
+impl From<&StepChange> for Remedy {
+    fn from(stated: &StepChange) -> Self {
+        let [cause, remedy] = [stated.cause, stated.remedy].map(|text| Said::stated(text.to_owned()));
+        Self { cause, remedy }
+    }
 }
 
 impl SaidReport {
@@ -38,6 +56,11 @@ impl SaidReport {
             events: conclusion.episodes.iter().map(of).collect(),
             judged: conclusion.judged.clone(),
             limits: conclusion.limits.clone(),
+            remedies: if conclusion.episodes.iter().any(is_of_the_manual) {
+                step_changes().iter().map(Remedy::from).collect()
+            } else {
+                Vec::new()
+            },
         }
     }
 }

@@ -10,7 +10,8 @@ use crate::number::{Decimal, Hex};
 /// A sentence: in English for people, and as its code with named values for whoever says it in another language.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
-    code: &'static str,
+    /// `None`: the text is its own.
+    code: Option<&'static str>,
     text: String,
     values: Vec<(&'static str, SaidValue)>,
 }
@@ -30,13 +31,24 @@ impl Said {
     /// A sentence with these values. The macro [`crate::texts`] calls this.
     #[must_use]
     pub const fn new(code: &'static str, text: String, values: Vec<(&'static str, SaidValue)>) -> Self {
-        Self { code, text, values }
+        Self { code: Some(code), text, values }
+    }
+
+    /// A statement without values, which is its own code: what a manual says of one thing and nothing else.
+    #[must_use]
+    pub const fn stated(text: String) -> Self {
+        Self { code: None, text, values: Vec::new() }
     }
 
     /// Its code.
     #[must_use]
-    pub const fn code(&self) -> &'static str {
-        self.code
+    pub fn code(&self) -> &str {
+        self.code.unwrap_or(&self.text)
+    }
+
+    /// Its values, by their names.
+    pub fn values(&self) -> impl Iterator<Item = (&'static str, &SaidValue)> {
+        self.values.iter().map(|(name, value)| (*name, value))
     }
 
     /// The English sentence.
@@ -66,7 +78,7 @@ impl Serialize for Values<'_> {
 impl Serialize for Said {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut said = serializer.serialize_struct("Said", 2)?;
-        said.serialize_field("code", self.code)?;
+        said.serialize_field("code", self.code())?;
         said.serialize_field("values", &Values(&self.values))?;
         said.end()
     }

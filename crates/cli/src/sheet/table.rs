@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use encoring_sheet::{SheetCell, SheetTable};
 use serde::Serialize;
 use serde::ser::{SerializeMap, SerializeSeq, Serializer};
 
@@ -18,89 +19,46 @@ const COLUMN: usize = 36;
 const LAST_COLUMN: usize = 30;
 const GAP: &str = "  ";
 
-/// Rows under named columns.
-pub(super) struct Table {
-    columns: &'static [&'static str],
-    rows: Vec<Vec<Cell>>,
-}
+/// Rows under named columns, as they are shown.
+pub(super) struct Table(pub(super) SheetTable);
 
-/// What stands in a row under a column.
-pub(super) enum Cell {
-    Text(String),
-    Number(f64),
-    NotStated,
-    /// There is nothing to say.
-    Empty,
-}
+/// A cell as it is shown.
+struct Cell<'a>(&'a SheetCell);
 
-impl From<&str> for Cell {
-    fn from(text: &str) -> Self {
-        Self::Text(text.to_owned())
-    }
-}
-
-impl From<String> for Cell {
-    fn from(text: String) -> Self {
-        Self::Text(text)
-    }
-}
-
-impl From<u32> for Cell {
-    fn from(number: u32) -> Self {
-        Self::Number(number.into())
-    }
-}
-
-impl From<f64> for Cell {
-    fn from(number: f64) -> Self {
-        Self::Number(number)
-    }
-}
-
-impl Cell {
-    /// What a manual may leave out.
-    pub(super) fn stated<T: Into<Self>>(said: Option<T>) -> Self {
-        said.map_or(Self::NotStated, Into::into)
-    }
-
-    /// What need not be.
-    pub(super) fn any<T: Into<Self>>(said: Option<T>) -> Self {
-        said.map_or(Self::Empty, Into::into)
-    }
-}
-
-impl fmt::Display for Cell {
+impl fmt::Display for Cell<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Text(text) => f.write_str(text),
+        match self.0 {
+            SheetCell::Said(said) => said.fmt(f),
+            SheetCell::Same(text) => f.write_str(text),
             // Such as 39000000000.
-            Self::Number(number) if *number >= 1e9 => write!(f, "{number:e}"),
-            Self::Number(number) => number.fmt(f),
-            Self::NotStated => f.write_str(NOT_STATED),
-            Self::Empty => Ok(()),
+            SheetCell::Number(number) if *number >= 1e9 => write!(f, "{number:e}"),
+            SheetCell::Number(number) => number.fmt(f),
+            SheetCell::NotStated => f.write_str(NOT_STATED),
+            SheetCell::Empty => Ok(()),
         }
     }
 }
 
-impl Serialize for Cell {
+impl Serialize for Cell<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Text(text) => serializer.serialize_str(text),
-            Self::Number(number) if number.fract() == 0.0 => serializer.serialize_u64(*number as u64),
-            Self::Number(number) => serializer.serialize_f64(*number),
-            Self::NotStated | Self::Empty => serializer.serialize_none(),
+        match self.0 {
+            SheetCell::Said(said) => serializer.serialize_str(said.text()),
+            SheetCell::Same(text) => serializer.serialize_str(text),
+            SheetCell::Number(number) if number.fract() == 0.0 => serializer.serialize_u64(*number as u64),
+            SheetCell::Number(number) => serializer.serialize_f64(*number),
+            SheetCell::NotStated | SheetCell::Empty => serializer.serialize_none(),
         }
     }
 }
 
 /// A row of a table as an object.
-struct Row<'a>(&'a [&'static str], &'a [Cell]);
+struct Row<'a>(&'a [&'static str], &'a [SheetCell]);
 
 impl Serialize for Row<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let mut map = serializer.serialize_map(Some(self.0.len()))?;
         for (column, cell) in self.0.iter().zip(self.1) {
-            map.serialize_entry(column, cell)?;
+            map.serialize_entry(column, &Cell(cell))?;
         }
         map.end()
     }
@@ -108,39 +66,36 @@ impl Serialize for Row<'_> {
 
 impl Serialize for Table {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut rows = serializer.serialize_seq(Some(self.rows.len()))?;
-        for row in &self.rows {
-            rows.serialize_element(&Row(self.columns, row))?;
+        let mut rows = serializer.serialize_seq(Some(self.0.rows.len()))?;
+        for row in &self.0.rows {
+            rows.serialize_element(&Row(self.0.columns, row))?;
         }
         rows.end()
     }
 }
 
 impl Table {
-    pub(super) const fn new(columns: &'static [&'static str], rows: Vec<Vec<Cell>>) -> Self {
-        Self { columns, rows }
-    }
-
     pub(super) fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+        self.0.rows.is_empty()
     }
 
     pub(super) fn markdown(&self) -> String {
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
-        let mut text = line(self.columns.iter().map(|column| (*column).to_owned()).collect());
-        text.push_str(&line(self.columns.iter().map(|_| "---".to_owned()).collect()));
-        for row in &self.rows {
-            text.push_str(&line(row.iter().map(|cell| cell.to_string().replace('|', "\\|")).collect()));
+        let mut text = line(self.0.columns.iter().map(|column| (*column).to_owned()).collect());
+        text.push_str(&line(self.0.columns.iter().map(|_| "---".to_owned()).collect()));
+        for row in &self.0.rows {
+            text.push_str(&line(row.iter().map(|cell| Cell(cell).to_string().replace('|', "\\|")).collect()));
         }
         text
     }
 
     fn widths(&self) -> Vec<usize> {
-        let last = self.columns.len().saturating_sub(1);
+        let last = self.0.columns.len().saturating_sub(1);
         let mut left = WIDTH;
         let mut widths = Vec::new();
-        for (at, column) in self.columns.iter().enumerate() {
-            let cells = self.rows.iter().filter_map(|row| row.get(at)).map(|cell| cell.to_string().len());
+        for (at, column) in self.0.columns.iter().enumerate() {
+            let cells =
+                self.0.rows.iter().filter_map(|row| row.get(at)).map(|cell| Cell(cell).to_string().len());
             let widest = cells.chain([column.len()]).max().unwrap_or(0);
             let width = if at == last { widest.min(left.max(LAST_COLUMN)) } else { widest.min(COLUMN) };
             left = left.saturating_sub(width + GAP.len());
@@ -171,10 +126,10 @@ impl fmt::Display for Table {
                 writeln!(f, "{}", line.trim_end())
             })
         };
-        row(self.columns.iter().map(|column| (*column).to_owned()).collect())?;
+        row(self.0.columns.iter().map(|column| (*column).to_owned()).collect())?;
         let mut last = String::new();
-        self.rows.iter().try_for_each(|cells| {
-            let mut cells: Vec<String> = cells.iter().map(Cell::to_string).collect();
+        self.0.rows.iter().try_for_each(|cells| {
+            let mut cells: Vec<String> = cells.iter().map(|cell| Cell(cell).to_string()).collect();
             // What stands at the left of several rows stands there once.
             if let Some(first) = cells.first_mut() {
                 if *first == last { first.clear() } else { last.clone_from(first) }

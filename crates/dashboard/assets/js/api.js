@@ -36,6 +36,7 @@ export async function diagnose(file, model) {
 export const about = () => get("/api/about");
 export const login = (token) => post("/api/login", { token });
 
+export const sheet = (model) => get(`/api/sheet?model=${model}`);
 export const units = () => get("/api/units");
 export const history = (position, from) => get(`/api/history?position=${position}&from=${from}`);
 export const happened = (from) => get(`/api/happened?from=${from}`);

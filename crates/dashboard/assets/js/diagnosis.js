@@ -28,9 +28,18 @@ function sentences(title, list) {
   return list.length === 0 ? null : h("section", { class: "card" }, h("h3", {}, title), h("ul", { class: "small" }, list.map((sentence) => h("li", {}, said(sentence)))));
 }
 
+/** What the manual has to say of step changes. */
+function remedies_of(remedies) {
+  if (remedies.length === 0) return null;
+  const head = ["cause", "remedy"].map((name) => h("th", { scope: "col" }, t(`sheet.column.${name}`)));
+  const rows = remedies.map(({ cause, remedy }) => h("tr", {}, h("td", {}, said(cause)), h("td", {}, said(remedy))));
+  return h("section", { class: "card", id: "remedies" }, h("p", { class: "small" }, t("diagnosis.manual")),
+    h("div", { class: "scroll", tabindex: 0 }, h("table", { class: "small sheet" }, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows))));
+}
+
 /** The report and its picture. */
 function report({ name, answer }) {
-  const { report: { events }, said: { events: sentences_of, judged, limits }, rows, assumed, picture } = answer;
+  const { report: { events }, said: { events: sentences_of, judged, limits, remedies }, rows, assumed, picture } = answer;
   const image = new Blob([picture], { type: "image/svg+xml" });
   const head = events.length > 0 ? t("diagnosis.found", { count: number(events.length) }) : answer.judged && judged.length > 0 ? t("diagnosis.none") : t("diagnosis.unjudged");
   return [
@@ -40,6 +49,7 @@ function report({ name, answer }) {
         h("button", { onclick: () => save("diagnosis.json", new Blob([JSON.stringify(answer.report)], { type: "application/json" })) }, t("save.json")))),
     h("div", { class: "scroll card", tabindex: 0, "aria-label": t("diagnosis.picture") }, h("img", { class: "picture", src: URL.createObjectURL(image), alt: t("diagnosis.picture") })),
     h("ol", { class: "plain grid", id: "events-found" }, events.map((event, at) => found(event, at, sentences_of[at]))),
+    remedies_of(remedies),
     h("div", { class: "grid" }, sentences(t("diagnosis.judged"), judged), sentences(t("diagnosis.limits"), limits)),
   ];
 }
@@ -53,8 +63,8 @@ export function create(context) {
   const zone = h("label", { class: "drop card", id: "drop" }, h("span", {}, t("diagnosis.drop")), file);
   const draw = async () => {
     if (!last) return;
-    await more("diagnosis");
-    shown.replaceChildren(...report(last));
+    await Promise.all([more("diagnosis"), more("sheet")]);
+    shown.replaceChildren(...report(last).filter((part) => part !== null));
   };
   const read = async (recording) => {
     if (recording.size > BYTES_MAX) {

@@ -1,9 +1,9 @@
 // One encoder: its shaft or rod to be moved by hand, what surrounds it, and what it makes of that.
 
 import { newest } from "./api.js";
-import { connectors } from "./connectors.js";
 import { attribute, h, put, s, toggle } from "./dom.js";
 import { create as create_polled } from "./polled.js";
+import { sections } from "./sheet.js";
 import { number, span, t } from "./texts.js";
 import { binary, gray, hex, place } from "./words.js";
 
@@ -204,17 +204,12 @@ function ssi(context, set) {
 
 /** The data sheet of its model. */
 export function sheet({ unit }) {
-  const services = unit.services.map(({ number: service, read, write, range }) => {
-    const access = [read ? t("access.read") : null, write ? t("access.write") : null].filter(Boolean).join(", ");
-    return h("tr", {}, h("th", { scope: "row" }, `${hex(service, 2)} ${t(`service.${service}`)}`), h("td", { class: "whole" }, access), h("td", { class: "mono whole" }, range ? `${range[0]} - ${range[1]}` : ""));
-  });
   const said = (value) => (value == null ? "?" : number(value));
   const kind = unit.kind === "rotary" ? t(unit.steps_per_turn == null ? "sheet.rotary.unknown" : "sheet.rotary", { steps: said(unit.steps_per_turn) }) : t(unit.rod_um == null ? "sheet.linear.unknown" : "sheet.linear", { mm: said(unit.rod_um == null ? null : unit.rod_um / 1000) });
-  return h("section", { class: "card double" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
-    unit.firmware == null ? null : h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })),
-    h("div", { class: "scroll", tabindex: 0 }, h("table", {}, h("tbody", {}, services))),
-    unit.supply_mv == null ? null : h("p", { class: "small" }, t("sheet.supply", { from: number(unit.supply_mv[0] / 1000), to: number(unit.supply_mv[1] / 1000) })),
-    connectors(unit), h("p", { class: "small soft" }, t("sheet.more"), " ", h("code", {}, `encoring sheet ${unit.model}`)));
+  const place = h("div", { id: "sheet" });
+  sections(unit.model, place).catch(() => put(place, t("not_connected")));
+  return h("section", { class: "card wide" }, h("h3", {}, t("sheet", { title: unit.title })), h("p", {}, kind),
+    unit.firmware == null ? null : h("p", { class: "small" }, t("sheet.firmware", { week: unit.firmware })), place);
 }
 
 /** A page that only shows moves nothing. */

@@ -3,6 +3,8 @@
 export const LANGUAGES = ["en", "de"];
 
 let texts = {};
+/** The sentences of the server that were read so far: no key of one is one of the other. */
+let sentences = {};
 let language = "en";
 /** The further texts that were read in this language. */
 let read = new Set();
@@ -12,18 +14,19 @@ export async function speak(wanted) {
   language = LANGUAGES.includes(wanted) ? wanted : "en";
   const answer = await fetch(`/texts/${language}.json`);
   texts = await answer.json();
+  sentences = {};
   read = new Set();
   document.documentElement.lang = language;
 }
 
-/** Reads the texts of something that not every view needs. */
+/** Reads the sentences of something that not every view needs. */
 export async function more(name) {
   if (read.has(name)) return;
   const wanted = language;
   const answer = await fetch(`/texts/${wanted}/${name}.json`);
   const further = await answer.json();
   if (wanted !== language) return;
-  Object.assign(texts, further);
+  Object.assign(sentences, further);
   read.add(name);
 }
 
@@ -35,13 +38,16 @@ export function usual() {
 
 /** A text with its values; a key without one shows itself. */
 export function t(key, values = {}) {
-  const text = texts[key] ?? key;
+  return filled(texts[key] ?? key, values);
+}
+
+function filled(text, values) {
   return text.replace(/\{(\w+)\}/g, (_, name) => values[name] ?? "");
 }
 
-/** A sentence of the server: its code and its values. */
-export function said({ code, values }) {
-  return t(code, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, worded(name, value)])));
+/** A sentence of the server: its code and its values. What a manual states is its own code, in English. */
+export function said({ code, values = {} }) {
+  return filled(sentences[code] ?? code, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, worded(name, value)])));
 }
 
 function worded(name, value) {
