@@ -316,7 +316,7 @@ async def main(options):
         asyncio.get_running_loop().add_signal_handler(number, ended.set)
     async with contextlib.AsyncExitStack() as stack:
         if options.start:
-            command = [options.start, "sim", "--modbus", "127.0.0.1:0", "--format", "json", *options.rest]
+            command = [options.start, "sim", "--web", "off", "--modbus", "127.0.0.1:0", "--format", "json", *options.rest]
             sim = await stack.enter_async_context(process(*command, stdout=asyncio.subprocess.PIPE))
             listening = json.loads(await sim.stdout.readline())
             options.sim = listening["modbus"]

@@ -13,6 +13,7 @@ import struct
 import sys
 import tempfile
 import threading
+import time
 
 from master_through_bridge import Bridge
 
@@ -100,15 +101,20 @@ class Run:
         assert made == known and made <= 1, (made, code, answer, err)
         return code, answer, err
 
-    def release(self):
+    def prepare(self, command):
+        """What is there before the command, and before the gateway spoils an answer."""
+        if command != "release":
+            return
         write_out(self.bridge.bus, 0x8200_0000)
         # Until the gateway shows the reply the words do change.
+        until = time.monotonic() + 60
         while not ask(self.bridge.bus, struct.pack(">BHH", 4, 2 * AT, 2))[2] >> 7:
-            pass
+            assert time.monotonic() < until, "no reply within a minute"
+
+    def release(self):
         code, answer, err = self.encoring("release", "--yes")
         out = int(self.bridge.device(AT)["out"], 16)
         assert code == 3 or code == 0 and out == 0x0200_0000, (code, f"{out:08X}", answer, err)
-        write_out(self.bridge.bus, 0x0200_0000)
         return code, None, err
 
 
@@ -118,10 +124,13 @@ COMMANDS = ["read", "check", "write", "program", "preset", "release"]
 def work(bridge, cases, told):
     for number, (command, kind, at) in cases:
         run = Run(bridge, number)
+        run.prepare(command)
         bridge.fault(f"{kind} {at}")
         code, answer, err = getattr(run, command)()
         bridge.fault("sound")
-        if command != "release":
+        if command == "release":
+            write_out(bridge.bus, 0x0200_0000)
+        else:
             run.service_bit(answer, err)
         told[command, code] += 1
 
@@ -137,10 +146,13 @@ def main():
             bridge.patience = "800ms"
         cases = []
         for number, command in enumerate(COMMANDS):
+            run = Run(bridges[0], 4000 + number)
+            run.prepare(command)
             before = bridges[0].fault("sound")
-            code, answer, err = getattr(Run(bridges[0], 4000 + number), command)()
+            code, answer, err = getattr(run, command)()
             assert code == 0, (command, answer, err)
             answers = bridges[0].fault("sound") - before
+            print(f"{command}: {answers} answers")
             cases += [(command, kind, at) for kind in KINDS for at in range(1, answers + 1)]
         cases = list(enumerate(cases[::every]))
         told, failed = collections.Counter(), []

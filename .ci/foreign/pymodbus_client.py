@@ -64,7 +64,7 @@ def expect(what, got, expected):
 
 @contextlib.contextmanager
 def ring(program, *options):
-    command = [program, "sim", "--modbus", "127.0.0.1:0", "--format", "json", *options]
+    command = [program, "sim", "--web", "off", "--modbus", "127.0.0.1:0", "--format", "json", *options]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as sim:
         try:
             address = json.loads(sim.stdout.readline())["modbus"]
