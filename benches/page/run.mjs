@@ -1,7 +1,8 @@
 // What the page costs who looks: node benches/page/run.mjs PROGRAM, after .ci/browser has installed Chromium.
 //
 // The bytes of the first view; from navigation to the first changed position, the median of 20; the processor time of
-// all of Chromium, and of the simulation, while a page stands idle, with 3 and with 128 encoders.
+// all of Chromium, and of the simulation, while a page stands idle, with 3 and with 128 encoders; a recording of
+// 100,000,000 bytes that is chosen in the page, with the most memory of the server and the frames of a stream meanwhile.
 
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, readdirSync, writeFileSync } from "node:fs";
@@ -14,6 +15,7 @@ const program = resolve(process.argv[2]);
 const { chromium } = createRequire(`${resolve("target/browser")}/`)("playwright-core");
 const SECONDS = 10;
 const TICKS = 100;
+const RECORDING_BYTES = 100_000_000;
 
 async function running(scenario, part) {
   const sim = spawn(program, ["sim", ...scenario, "--modbus", "off", "--web", "127.0.0.1:0", "--format", "json"], { stdio: ["ignore", "pipe", "inherit"] });
@@ -95,6 +97,49 @@ function long_ring() {
   return file;
 }
 
+/** A log of an axis that moves slowly, with one wrong bit in 10,000 rows; as long as the page takes one. */
+function long_recording() {
+  const file = join(mkdtempSync(join(tmpdir(), "page-")), "axis.csv");
+  const rows = ["time_us,out,in\n"];
+  let size = rows[0].length;
+  for (let k = 0; ; k += 1) {
+    const word = (100_000 + 38 * k) % 2 ** 24 ^ (k % 10_000 === 5_000 ? 2 ** 20 : 0);
+    const row = `${10_000 * k},00000000,${word.toString(16).toUpperCase().padStart(8, "0")}\n`;
+    if (size + row.length > RECORDING_BYTES) break;
+    rows.push(row);
+    size += row.length;
+  }
+  writeFileSync(file, rows.join("").padEnd(RECORDING_BYTES, "\n"));
+  return { file, rows: rows.length - 1 };
+}
+
+/** The most memory that a process has had, in MB. */
+const most_memory = (pid) => Number(/VmHWM:\s+(\d+)/.exec(readFileSync(`/proc/${pid}/status`, "utf8"))[1]) / 1000;
+
+/** Times at which a stream of the page told something. */
+async function follow(base, told) {
+  const { body } = await fetch(`${base}/api/events`);
+  for await (const piece of body) if (String.fromCharCode(...piece.subarray(0, 6)) === "event:") told.push(performance.now());
+}
+
+async function diagnosed(browser, base, sim) {
+  const { file, rows } = long_recording();
+  const page = await browser.newPage();
+  await page.goto(`${base}/#diagnosis`);
+  await page.waitForSelector("#recording");
+  const told = [];
+  follow(base, told).catch(() => {});
+  const before = most_memory(sim);
+  const began = performance.now();
+  await page.setInputFiles("#recording", file);
+  await page.waitForSelector("#found-what");
+  const took = performance.now() - began;
+  const during = [began, ...told.filter((at) => at > began && at < began + took), began + took];
+  const gap = Math.max(...during.slice(1).map((at, k) => at - during[k]));
+  console.log(`${RECORDING_BYTES} bytes, ${rows} rows, chosen in the page: the report after ${(took / 1000).toFixed(1)} s; most memory of sim ${before.toFixed(0)} MB before, ${most_memory(sim).toFixed(0)} MB then; no frame for at most ${gap.toFixed(0)} ms`);
+  await page.close();
+}
+
 const server = await chromium.launchServer({ executablePath: "/usr/bin/chromium", args: ["--no-sandbox", "--disable-gpu", "--disable-background-networking"] });
 const browser = await chromium.connect(server.wsEndpoint());
 await running([], async (base) => {
@@ -108,5 +153,6 @@ for (const [name, scenario] of [["3 encoders", []], ["128 encoders", [long_ring(
   const [chromium_percent, sim_percent] = await running(scenario, (base, sim) => idle(server, browser, base, sim));
   console.log(`an idle page, ${name}: Chromium ${chromium_percent.toFixed(0)} %, sim ${sim_percent.toFixed(0)} % of a core`);
 }
+await running([], (base, sim) => diagnosed(browser, base, sim));
 await browser.close();
 await server.close();

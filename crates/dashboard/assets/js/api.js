@@ -27,10 +27,23 @@ async function post(path, body) {
   return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));
 }
 
-/** Has a recording read; its file is sent as it is. */
-export async function diagnose(file, model) {
-  const path = `/api/diagnose?name=${encodeURIComponent(file.name)}&model=${encodeURIComponent(model)}`;
-  return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file }));
+/** Has a recording read; its file is sent as it is. `sent` is told which part of it has gone, which is about what was read. */
+export function diagnose(file, model, sent) {
+  const request = new XMLHttpRequest();
+  const done = new Promise((found, failed) => {
+    request.addEventListener("load", () => {
+      const { status, response } = request;
+      if (status === 200 && response != null) found(response);
+      else failed(Object.assign(new Error(response?.error ?? request.statusText), { status }));
+    });
+    for (const [event, status] of [["error", 0], ["abort", null]]) request.addEventListener(event, () => failed(Object.assign(new Error(event), { status })));
+  });
+  request.upload.addEventListener("progress", ({ loaded, total }) => sent(loaded / total));
+  request.open("POST", `/api/diagnose?name=${encodeURIComponent(file.name)}&model=${encodeURIComponent(model)}`);
+  request.setRequestHeader("Content-Type", "application/octet-stream");
+  request.responseType = "json";
+  request.send(file);
+  return { done, cancel: () => request.abort() };
 }
 
 export const about = () => get("/api/about");

@@ -9,6 +9,13 @@ const BYTES_MAX = 100_000_000;
 /** What was found last; it stays while other views are looked at. */
 let last = null;
 
+/** Why a recording was not read: the server's reason, nobody's connection, or that it was no longer wanted. */
+function why_not({ status, message }) {
+  if (status === 503) return t("diagnosis.busy");
+  if (status === 0) return t("diagnosis.lost");
+  return status === null ? t("diagnosis.cancelled") : t("refused", { why: message });
+}
+
 function place(event) {
   const lines = event.line === event.to_line ? t("diagnosis.line", event) : t("diagnosis.lines", event);
   return `${lines}, ${span(event.time_us * 1000)}, ${t("diagnosis.at", event)}`;
@@ -61,6 +68,9 @@ export function create(context) {
     context.about.models.map((name) => h("option", { value: name }, name.toUpperCase())));
   const file = h("input", { type: "file", id: "recording", accept: ".csv,.txt,text/csv", onchange: () => file.files[0] && read(file.files[0]) });
   const zone = h("label", { class: "drop card", id: "drop" }, h("span", {}, t("diagnosis.drop")), file);
+  const bar = h("progress", { max: 1, id: "diagnosis-progress", "aria-label": t("diagnosis.progress") });
+  const going = h("div", { class: "row", hidden: true }, bar, h("button", { id: "diagnosis-cancel", onclick: () => running?.cancel() }, t("diagnosis.cancel")));
+  let running = null;
   const draw = async () => {
     if (!last) return;
     await Promise.all([more("diagnosis"), more("sheet")]);
@@ -72,16 +82,22 @@ export function create(context) {
       attribute(status, "class", "bad");
       return;
     }
+    if (running) return context.say(t("diagnosis.busy"));
     put(status, t("diagnosis.reading", { name: recording.name }));
     attribute(status, "class", "soft");
+    running = diagnose(recording, model.value, (part) => { bar.value = part; });
+    bar.value = 0;
+    going.hidden = false;
     try {
-      last = { name: recording.name, answer: await diagnose(recording, model.value) };
+      last = { name: recording.name, answer: await running.done };
       await draw();
       put(status, "");
     } catch (error) {
-      put(status, error.status === 503 ? t("diagnosis.busy") : t("refused", { why: error.message }));
-      attribute(status, "class", "bad");
+      put(status, why_not(error));
+      attribute(status, "class", error.status === null ? "soft" : "bad");
     }
+    running = null;
+    going.hidden = true;
     file.value = "";
   };
   const over = (is) => (event) => {
@@ -96,6 +112,6 @@ export function create(context) {
   });
   draw();
   const element = h("div", {}, h("h2", {}, t("view.diagnosis")), h("p", { class: "soft" }, t("diagnosis.intro")),
-    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, status, shown);
-  return { element, update() {} };
+    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, status, going, shown);
+  return { element, update() {}, leave: () => running?.cancel() };
 }
