@@ -12,6 +12,13 @@ use crate::options::Options;
 
 /// The part of the permissible acceleration that an axis has usually: 100 of 10 000 rad/s^2.
 const USUAL: i64 = 100;
+/// Of a rod nothing is permissible or not; its magnet is moved with 2 g at most, and usually with a tenth of that.
+const ROD_MM_S2: u32 = 20_000;
+const USUAL_OF_ROD: i64 = 10;
+/// The factory resolution of a rod is 0.01 mm [R50].
+const ROD_STEPS_PER_MM: i64 = 100;
+/// The longest time from one cycle of a bus to the next: a word is as old as that when a poll reads it, or just new.
+pub(crate) const CYCLE_NS: i64 = 15_000_000;
 
 /// What is known or assumed of an axis.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +30,8 @@ pub(crate) struct Axis {
     pub(crate) is_scale_known: bool,
     /// The largest speed and acceleration that are permissible.
     pub(crate) swiftest: Swiftest,
+    /// What a strong axis and a usual one accelerate, in steps a second squared.
+    able: [Option<i64>; 2],
     pub(crate) refresh_ns: i64,
 }
 
@@ -36,21 +45,31 @@ impl Axis {
         // Of a rod positions go on beyond its length [C7].
         let is_shaft = said(options).is_some_and(|model| model.sensor_kind() == SensorKind::Rotary);
         let length = options.measuring_length.filter(|length| is_shaft && *length <= DATA_MAX);
-        match given {
-            Some(expectation) => Self {
-                circle: expectation.circle(),
-                is_circle_known: true,
-                is_scale_known: true,
-                swiftest: expectation.swiftest(&limits),
-                refresh_ns,
-            },
-            None => Self {
-                circle: Circle { positions: length.map_or(i64::from(DATA_MAX), i64::from) + 1 },
-                is_circle_known: length.is_some(),
-                is_scale_known: false,
-                swiftest: assumed(&limits, said(options)),
-                refresh_ns,
-            },
+        let is_rod = said(options).is_some_and(|model| model.sensor_kind() == SensorKind::Linear);
+        let swiftest = match &given {
+            Some(expectation) => expectation.swiftest(&limits),
+            None => assumed(&limits, said(options)),
+        };
+        let able = match &given {
+            _ if !is_rod => swiftest.steps_per_s2,
+            Some(expectation) => {
+                let strong = Limits { acceleration_mm_s2: NonZeroU32::new(ROD_MM_S2), ..limits };
+                expectation.swiftest(&strong).steps_per_s2
+            }
+            None => Some(i64::from(ROD_MM_S2) * ROD_STEPS_PER_MM),
+        };
+        let usually = |able: i64| able / if is_rod { USUAL_OF_ROD } else { USUAL };
+        let circle = match &given {
+            Some(expectation) => expectation.circle(),
+            None => Circle { positions: length.map_or(i64::from(DATA_MAX), i64::from) + 1 },
+        };
+        Self {
+            circle,
+            is_circle_known: given.is_some() || length.is_some(),
+            is_scale_known: given.is_some(),
+            swiftest,
+            able: [able, able.map(usually)],
+            refresh_ns,
         }
     }
 
@@ -66,19 +85,33 @@ impl Axis {
 
     /// Steps by which the largest acceleration leaves a straight line in this time and the same again.
     pub(crate) fn bend(&self, span_ns: i64) -> Option<i64> {
-        self.swiftest.steps_per_s2.map(|change| per_second(per_second(change, span_ns), span_ns))
+        self.swiftest.steps_per_s2.map(|change| bent(change, span_ns))
     }
 }
 
 impl Axis {
-    /// What motion may add from one row to the next, beside so many steps before and behind: of a usual axis, and within the
+    /// What motion may add from one row to the next at a speed of so many steps a row: of a usual axis, and of any that is
     /// permissible. `None` without a limit.
     pub(crate) fn utmost(&self, period_ns: i64, step: i64) -> Option<[i64; 2]> {
-        let bend = self.bend(period_ns.saturating_add(self.refresh_ns))?;
-        let late = scaled(step.abs(), self.refresh_ns + period_ns / 5, period_ns);
+        let late = self.late(period_ns, step);
         let travel = self.travel(period_ns).map_or(i64::MAX, |travel| travel.saturating_mul(2));
-        Some([bend / USUAL, bend].map(|bend| (bend / 4 * 3).saturating_add(late + 2).min(travel)))
+        let [strong, usual] = self.able.map(|able| {
+            let bend = bent(able?, period_ns.saturating_add(self.refresh_ns));
+            Some((bend / 4 * 3).saturating_add(late).min(travel))
+        });
+        Some([usual?, strong?.max(usual?)])
     }
+
+    /// Steps that a row may be off at this speed, as its word is of another cycle of the bus or older than the next by a
+    /// refresh, or as its time is wrong by a fifth of the period.
+    pub(crate) fn late(&self, period_ns: i64, step: i64) -> i64 {
+        let cycle_ns = (period_ns / 5).max(period_ns.min(CYCLE_NS));
+        scaled(step.abs(), self.refresh_ns.saturating_add(cycle_ns), period_ns).saturating_add(2)
+    }
+}
+
+fn bent(steps_per_s2: i64, span_ns: i64) -> i64 {
+    per_second(per_second(steps_per_s2, span_ns), span_ns)
 }
 
 /// Those of the model; of no model those of a shaft, and the longest refresh.

@@ -22,6 +22,8 @@ pub(crate) struct Point {
     pub(crate) row: usize,
     pub(crate) time_ns: i64,
     pub(crate) value: i64,
+    /// How far its stamp lies from an even time, if that is unusual.
+    pub(crate) late_ns: i64,
 }
 
 /// Points without a gap, and what is known of their motion.
@@ -35,6 +37,8 @@ pub(crate) struct Curve<'a> {
     pub(crate) period_ns: i64,
     /// Second differences up to here are motion.
     pub(crate) tolerance: i64,
+    /// How much later or earlier than the others a row may be.
+    pub(crate) late_ns: i64,
 }
 
 /// A mean speed.
@@ -95,8 +99,24 @@ impl Curve<'_> {
     }
 
     pub(crate) fn fits(&self, at: usize) -> bool {
+        self.off(at).is_none_or(|off| off.abs() <= self.may_at(at))
+    }
+
+    /// What motion may add at a point, and the times of the rows that lead to it.
+    pub(crate) fn may_at(&self, at: usize) -> i64 {
         let span = self.step(at).map_or(0, |step| step.span_ns);
-        self.off(at).is_none_or(|off| off.abs() <= self.may(span))
+        self.may(span).saturating_add(self.untimely(at)).min(FARTHEST)
+    }
+
+    /// Steps that are made of times which are wrong: those of a point and the two before it.
+    pub(crate) fn untimely(&self, at: usize) -> i64 {
+        let late =
+            |back: usize| at.checked_sub(back).and_then(|at| self.points.get(at)).map_or(0, |at| at.late_ns);
+        let late_ns =
+            self.late_ns.saturating_add(late(0)).saturating_add(2 * late(1)).saturating_add(late(2));
+        let speed =
+            |at: Option<usize>| at.and_then(|at| self.step(at)).map_or(0, |step| step.over(late_ns).abs());
+        speed(Some(at)).max(speed(at.checked_sub(1)))
     }
 
     /// How near a point must lie to a place that it is said to be at.

@@ -46,18 +46,18 @@ impl Misread<'_> {
     fn with(&self, taken: Taken) -> Option<(usize, Judged)> {
         let mut last = self.curve.value(self.at - 1)?;
         let mut speed = self.curve.just_before(self.at - 1, 0)?;
-        let near = |span: i64| self.curve.may(span).saturating_add(self.curve.near());
-        let first = near(self.curve.step(self.at)?.span_ns);
+        let near = |at: usize| self.curve.may_at(at).saturating_add(self.curve.near());
+        let first = near(self.at);
         let (begin, mut end, mut missed, mut moved) = (last, self.at, 0, 0);
         for at in self.at..self.curve.points.len().min(self.at + ROWS_MAX) {
             let span = self.curve.step(at)?.span_ns;
             let (value, should) = (self.curve.value(at)?, self.curve.circle.moved(last, speed.over(span)));
             let off = |place: i64| way(self.curve.circle, should, place).abs();
             // The rows are back.
-            if at > self.at && off(value) <= near(span) {
+            if at > self.at && off(value) <= near(at) {
                 break;
             }
-            let Some(place) = taken.place(value, should).filter(|place| off(*place) <= near(span)) else {
+            let Some(place) = taken.place(value, should).filter(|place| off(*place) <= near(at)) else {
                 missed += 1;
                 if at == self.at || missed > MISSED {
                     break;
@@ -109,7 +109,7 @@ impl Taken {
                 let (low, high) = (i64::from(bits >> 16), i64::from(bits & 0xFF));
                 let off = (low - (should & 0xFF) + 128).rem_euclid(256) - 128;
                 let place = should + off;
-                (bits & 0xFF00 == 0 && place >> 16 == high).then_some(place)
+                (bits > 0 && bits & 0xFF00 == 0 && place >> 16 == high).then_some(place)
             }
         }
     }

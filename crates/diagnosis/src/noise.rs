@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use encoring_host::validity::Circle;
 
+use crate::axis::CYCLE_NS;
 use crate::cause::JumpCause;
 use crate::curve::{Curve, Point};
 use crate::evidence;
@@ -22,6 +23,8 @@ const LEAST: i64 = 8;
 
 /// The part of what a stamp is off that the even time follows.
 const TRUST: i64 = 64;
+/// How many times the usual a stamp must be off to be one that may be wrong by all of that.
+const UNUSUAL: i64 = 4;
 /// Second differences beyond it count no more.
 const ROUGHEST: i64 = 1 << 12;
 
@@ -36,6 +39,14 @@ struct Block {
     takes_back: bool,
     /// Rows with the value of the row before, while others go on.
     repeats: usize,
+}
+
+impl Block {
+    /// Whether rows of other cycles of the bus than the next ones can scatter as much at this speed.
+    fn is_timed(&self, curve: &Curve<'_>) -> bool {
+        let way = scaled(self.step, curve.period_ns.min(CYCLE_NS), curve.period_ns);
+        self.step > 0 && self.median <= way + way / 4
+    }
 }
 
 fn blocks(curve: &Curve<'_>) -> Vec<Block> {
@@ -77,14 +88,28 @@ pub(crate) fn stretches(curve: &Curve<'_>, fast: bool) -> Vec<Find> {
             && block.median * 3 > block.step
             && block.repeats < BLOCK / 5
     };
+    let moving = blocks.iter().filter(|block| block.is_timed(curve)).count();
+    let scattering = blocks.iter().filter(|block| block.is_timed(curve) && is_noisy(block)).count();
     runs(&blocks, is_noisy, BLOCKS, |range| {
-        let median =
-            blocks.get(range.clone()).and_then(|blocks| blocks.iter().map(|block| block.median).max());
+        let inner = blocks.get(range.clone()).unwrap_or_default();
+        let is_timed = inner.iter().any(|block| block.is_timed(curve));
+        // Where most rows in motion scatter, they do for it.
+        if is_timed && scattering * 2 > moving {
+            return;
+        }
+        let median = inner.iter().map(|block| block.median).max();
+        let motion = inner.iter().map(|block| block.step).max().and_then(|step| curve.utmost(step));
+        let is_moved = motion.is_some_and(|[_, strong]| median.unwrap_or_default() <= strong);
         let evidence = evidence::scatter(median.unwrap_or_default(), quiet);
         let judged = match held(curve, &range, median.unwrap_or_default()) {
             Some(bit) => Judged::possible(JumpCause::Unclear, evidence)
                 .since(evidence::held(bit))
                 .or(&[JumpCause::StuckBit, JumpCause::Noise]),
+            None if is_timed || is_moved => Judged::possible(JumpCause::Unclear, evidence).or(&[
+                JumpCause::Noise,
+                JumpCause::Aliasing,
+                JumpCause::Mechanical,
+            ]),
             None => Judged::likely(JumpCause::Noise, evidence),
         };
         found.push(Find { points: edges(curve, range, quiet), judged });
@@ -165,16 +190,23 @@ pub(crate) fn even_times(points: &mut [Point], circle: Circle, period: i64) {
     }
     let mut even = first;
     let mut evened = points.to_vec();
+    let mut offs = vec![0];
     for point in evened.iter_mut().skip(1) {
         let stamp = point.time_ns;
         let rows = ((stamp - even).saturating_add(period / 2) / period).max(1);
         even = even.saturating_add(rows.saturating_mul(period));
         let off = stamp - even;
+        offs.push(off.abs());
         even = if off.abs() * 4 > period * 3 { stamp } else { even + scaled(off, 1, TRUST) };
         point.time_ns = even;
     }
     if roughness(&evened, circle) < roughness(points, circle) {
         points.copy_from_slice(&evened);
+    }
+    let mut sorted = offs.clone();
+    let usual = *sorted.select_nth_unstable(offs.len() / 2).1;
+    for (point, off) in points.iter_mut().zip(offs).filter(|(_, off)| *off > UNUSUAL * usual) {
+        point.late_ns = off;
     }
 }
 

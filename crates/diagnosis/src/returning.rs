@@ -68,6 +68,19 @@ impl Excursion<'_> {
         })
     }
 
+    /// How far the rows lie from where those around them lead, at most.
+    pub(crate) fn farthest(&self) -> i64 {
+        let off = |(_, value, should)| way(self.curve.circle, value, should).abs();
+        self.places().map(off).max().unwrap_or_default()
+    }
+
+    /// Whether the rows only go on in the direction of the motion, as those of wrong times do.
+    pub(crate) fn is_in_order(&self) -> bool {
+        let steps =
+            || (self.at..=self.back).filter_map(|at| self.curve.step(at)).map(|step| step.way.signum());
+        !(steps().any(|sign| sign > 0) && steps().any(|sign| sign < 0))
+    }
+
     fn is_near(&self, value: i64, should: i64) -> bool {
         way(self.curve.circle, value, should).abs() <= self.curve.near()
     }

@@ -101,6 +101,7 @@ impl Walk<'_, '_> {
             && self.beside.way == ReadAs::Plain
             && let Some((end, judged)) = (Misread { curve: self.curve, at }).judged()
         {
+            let judged = self.doubted_if_small(judged, at, self.curve.off(at).unwrap_or_default());
             self.found.push(Find { points: at..end, judged });
             self.not_before = end;
             return end + 2;
@@ -110,7 +111,13 @@ impl Walk<'_, '_> {
             Ending::Back(back) => {
                 let Beside { services, way, told, .. } = self.beside;
                 let excursion = Excursion { curve: self.curve, services, way, told, at, back };
-                if let Some(judged) = excursion.judged() {
+                let off = excursion.farthest();
+                if let Some(judged) = excursion.judged()
+                    && (judged.certainty == Likelihood::Certain
+                        || off > self.late(at)
+                        || !excursion.is_in_order())
+                {
+                    let judged = self.doubted_if_small(judged, at, off);
                     self.found.push(Find { points: at..back, judged });
                 }
                 back + 2
@@ -136,8 +143,10 @@ impl Walk<'_, '_> {
 
     fn away(&mut self, at: usize, from: usize) -> usize {
         if from == at
-            && let Some((end, judged)) = (Stuck { curve: self.curve, way: self.beside.way, at }).judged()
+            && let Some((end, steps, judged)) =
+                (Stuck { curve: self.curve, way: self.beside.way, at }).judged()
         {
+            let judged = self.doubted_if_small(judged, at, steps);
             self.found.push(Find { points: at..end, judged });
             self.not_before = end;
             return end + 2;
@@ -164,8 +173,8 @@ impl Walk<'_, '_> {
         from + 2
     }
 
-    /// What the limits of motion leave of it: nothing where a usual axis can make the jump within one row, a doubt where
-    /// one at the limits of the data sheet can.
+    /// What the limits of motion leave of a jump that stays: nothing where a usual axis can make it within one row, a doubt
+    /// where one at the limits of the data sheet can.
     fn weighed(&self, judged: Judged, at: usize) -> Option<Judged> {
         if judged.certainty == Likelihood::Certain
             || matches!(judged.cause, JumpCause::Frozen | JumpCause::OverAcceleration)
@@ -175,14 +184,28 @@ impl Walk<'_, '_> {
         let (way, span) = self.curve.way(at - 1, at)?;
         let before = self.curve.step(at.saturating_sub(1))?;
         let jump = (way - before.over(span)).abs();
-        let Some([usual, utmost]) = self.curve.utmost(before.over(self.curve.period_ns)) else {
-            return Some(judged);
-        };
-        match jump {
-            _ if jump <= usual => None,
-            _ if jump <= utmost => Some(judged.doubted()),
-            _ => Some(judged),
+        match self.motion(at) {
+            Some([usual, _]) if jump <= usual => None,
+            _ => Some(self.doubted_if_small(judged, at, jump)),
         }
+    }
+
+    /// A doubt where motion, or a row that is older or newer than its time says, can be the cause.
+    fn doubted_if_small(&self, judged: Judged, at: usize, jump: i64) -> Judged {
+        let is_small = self.motion(at).is_some_and(|[_, utmost]| jump.abs() <= utmost);
+        if is_small { judged.doubted() } else { judged }
+    }
+
+    /// Steps by which a row may be off for its time alone.
+    fn late(&self, at: usize) -> i64 {
+        let step = |at: usize| self.curve.step(at).map_or(0, |step| step.over(self.curve.period_ns).abs());
+        self.curve.axis.late(self.curve.period_ns, step(at - 1).max(step(at + 2)))
+    }
+
+    /// What motion may add at a point, see [`Curve::utmost`].
+    fn motion(&self, at: usize) -> Option<[i64; 2]> {
+        let before = self.curve.step(at.saturating_sub(1))?;
+        self.curve.utmost(before.over(self.curve.period_ns))
     }
 
     /// Whether the shorter way leads over the end of the range.
@@ -209,7 +232,7 @@ impl Walk<'_, '_> {
         let before = before.over(step.span_ns);
         let Some(next) = self.curve.step(at + 1) else { return Ending::Open };
         let after = next.over(step.span_ns);
-        let may = self.curve.may(step.span_ns);
+        let may = self.curve.may_at(at);
         if (before.min(after) - may..=before.max(after) + may).contains(&step.way) && self.goes_on(at) {
             return Ending::Speed;
         }

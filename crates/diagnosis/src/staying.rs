@@ -62,6 +62,9 @@ impl Departure<'_> {
         let judged = judged.or_else(|| {
             self.reversed(&around).or_else(|| self.rescaled(&around)).or_else(|| self.same_speed(&around))
         });
+        if judged.is_none() && self.only_speed(&around) {
+            return None;
+        }
         let judged = judged.unwrap_or_else(|| self.other_speed(&around));
         let judged =
             if self.may_be_sudden(&around) { judged.or_first(JumpCause::OverAcceleration) } else { judged };
@@ -106,7 +109,13 @@ impl Departure<'_> {
             return None;
         }
         let way = mean + way(circle, should, self.curve.value(self.at)?);
-        let judged = Judged::likely(JumpCause::Frozen, evidence::stood(rows, way));
+        let evidence = evidence::stood(rows, way);
+        let is_sure = before.rows.min(after.rows) >= SPEED_ROWS_LEAST;
+        let judged = if is_sure {
+            Judged::likely(JumpCause::Frozen, evidence)
+        } else {
+            Judged::possible(JumpCause::Unclear, evidence).or(&[JumpCause::Frozen, JumpCause::OtherSource])
+        };
         Some((first + 1, judged))
     }
 
@@ -151,6 +160,16 @@ impl Departure<'_> {
                 evidence::too_sudden_between(change, rows, permissible),
             )
         })
+    }
+
+    /// Whether the way is one between both speeds, and no more than that changed.
+    fn only_speed(&self, around: &Around) -> bool {
+        let Around { before, after, span_ns, .. } = *around;
+        let (was, is) = (before.over(span_ns), after.over(span_ns));
+        let may = self.curve.may_at(self.at);
+        let way = self.curve.way(self.at - 1, self.at).map_or(0, |(way, _)| way);
+        let able = self.curve.utmost(was).map_or(i64::MAX, |[_, strong]| strong);
+        (was - is).abs() <= able && (was.min(is) - may..=was.max(is) + may).contains(&way)
     }
 
     /// A jump at 0 against the motion, to or from the largest position that was seen, while nobody has said how many there

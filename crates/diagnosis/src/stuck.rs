@@ -23,9 +23,10 @@ pub(crate) struct Stuck<'a> {
 }
 
 impl Stuck<'_> {
-    /// The end of the stretch, and what is known of it.
-    pub(crate) fn judged(&self) -> Option<(usize, Judged)> {
-        (0..BITS).filter_map(|bit| self.with(bit)).max_by_key(|(end, _)| *end)
+    /// The end of the stretch, the steps of the bit, and what is known of it.
+    pub(crate) fn judged(&self) -> Option<(usize, i64, Judged)> {
+        let with = |bit: u32| self.with(bit).map(|(end, judged)| (end, 1_i64 << bit, judged));
+        (0..BITS).filter_map(with).max_by_key(|(end, ..)| *end)
     }
 
     fn code(&self, value: i64) -> u32 {
@@ -40,7 +41,7 @@ impl Stuck<'_> {
     /// Follows the curve with the bit free where it was held, as far as that goes.
     fn with(&self, bit: u32) -> Option<(usize, Judged)> {
         let mask = 1_u32 << bit;
-        if i64::from(mask) <= self.curve.near() {
+        if i64::from(mask) <= self.curve.near().saturating_add(self.curve.untimely(self.at)) {
             return None;
         }
         let level = self.code(self.curve.value(self.at)?) & mask;
@@ -55,10 +56,11 @@ impl Stuck<'_> {
             let span = self.curve.step(at)?.span_ns;
             let should = self.curve.circle.moved(last, speed.over(span));
             let choice = [code, code ^ mask].map(|code| self.decoded(code));
-            let place =
-                choice.into_iter().min_by_key(|place| way(self.curve.circle, should, *place).abs())?;
+            let is_there = |place: &i64| *place == choice[0] || *place < self.curve.circle.positions;
+            let near = |place: &i64| way(self.curve.circle, should, *place).abs();
+            let place = choice.into_iter().filter(is_there).min_by_key(near)?;
             let off = way(self.curve.circle, should, place).abs();
-            if off > self.curve.may(span) + self.curve.tolerance {
+            if off > self.curve.may_at(at) + self.curve.tolerance {
                 break;
             }
             let is_held = place != choice[0];

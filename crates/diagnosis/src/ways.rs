@@ -17,6 +17,10 @@ const UNREADABLE: u32 = 25;
 /// Rows that must be smoother by [`BETTER`] bits before another way is believed.
 const ROWS: usize = 8;
 const BETTER: u32 = 3;
+/// Quarters of bits that each row must be smoother in the mean: where the other way has more than so many bits, and else.
+const GAINED: u32 = 7;
+const GAINED_OF_ROUGH: u32 = 10;
+const ROUGH: u32 = 6;
 /// Rows of which a sample is looked at first, and how far apart its places are.
 const SAMPLED: usize = 96;
 const APART: usize = 6;
@@ -169,7 +173,10 @@ fn believed(costs: &[[u32; 4]], range: Range<usize>, way: ReadAs, usual: ReadAs)
     let sum = |way: ReadAs| rows.iter().map(|row| cost(row, way)).sum::<u32>();
     let (plain, other) = (sum(usual), sum(way));
     let tenths = |sum: u32| sum * 10 / u32::try_from(rows.len()).unwrap_or(u32::MAX).max(1);
-    let gained = plain.saturating_sub(other) * 4 >= u32::try_from(rows.len()).unwrap_or(u32::MAX) * 5;
+    let count = u32::try_from(rows.len()).unwrap_or(u32::MAX);
+    // A curve that stays rough is smoother by chance.
+    let quarters = if other > count.saturating_mul(ROUGH) { GAINED_OF_ROUGH } else { GAINED };
+    let gained = plain.saturating_sub(other).saturating_mul(4) >= count.saturating_mul(quarters);
     (far >= ROWS && (gained || other * 2 <= plain)).then(|| Stretch {
         rows: range,
         way,

@@ -9,7 +9,7 @@ use encoring_words::{Model, ParameterSet};
 
 use crate::axis::Axis;
 use crate::beyond;
-use crate::cause::JumpCause;
+use crate::cause::{JumpCause, Likelihood};
 use crate::curve::{Curve, Point};
 use crate::episode::{Conclusion, Episode};
 use crate::evidence;
@@ -30,7 +30,7 @@ use crate::services::{Done, Services, Session};
 use crate::stops::{self, Stops};
 use crate::tally::{Tally, Told, is_lost};
 use crate::together::Place;
-use crate::tolerance::Bends;
+use crate::tolerance::{Bends, Usual};
 use crate::verdict::Judged;
 use crate::ways::{self, Stretch};
 
@@ -177,7 +177,7 @@ impl Window {
         let circle = self.axis.circle;
         let counted = |row: usize| range.contains(&row);
         self.refresh.look(&points, &range, circle, period_ns);
-        let tolerance = self.bends.tolerance(&points, circle, GAP * period_ns, counted);
+        let Usual { tolerance, late_ns } = self.bends.usual(&points, circle, GAP * period_ns, counted);
         self.tally.look(&points, &self.axis, tolerance, self.ends.most);
         let (rows, usual) = (&self.rows, self.usual);
         let part = Part {
@@ -195,7 +195,7 @@ impl Window {
             b.time_ns - a.time_ns <= (GAP + 1) * period_ns && !stops::is_between(rows, a.row, b.row)
         };
         for run in points.chunk_by(is_one) {
-            let curve = Curve { points: run, rows, circle, axis: &self.axis, period_ns, tolerance };
+            let curve = Curve { points: run, rows, circle, axis: &self.axis, period_ns, tolerance, late_ns };
             self.curve(&curve, &part, &mut finds);
         }
         finds.retain(|(rows, judged)| !is_edge(&stretches, rows, judged));
@@ -205,8 +205,14 @@ impl Window {
         self.sessions(&range, &stretches, &mut finds);
         finds.sort_by_key(|(rows, _)| rows.start);
         let is_lost = is_lost(tolerance, &self.axis, self.ends.most);
-        for (rows, judged) in finds {
-            let judged = if is_lost { judged.doubted() } else { judged };
+        // Where every place can be reached from row to row, only what the words themselves say is left.
+        let is_said =
+            |judged: &Judged| judged.certainty == Likelihood::Certain || judged.cause == JumpCause::Wrap;
+        finds.retain(|(_, judged)| !is_lost || is_said(judged));
+        for (rows, mut judged) in finds {
+            if is_lost && judged.cause == JumpCause::Wrap {
+                judged.certainty = Likelihood::Possible;
+            }
             self.ledger.tell(&self.rows, &self.services, rows, judged);
         }
         self.drain(until);
@@ -256,7 +262,7 @@ impl Window {
                     .last()
                     .is_some_and(|last: &Point| last.time_ns == row.time_ns && last.value == value);
                 if !(is_twice && are_fine) {
-                    points.push(Point { row: index, time_ns: row.time_ns, value });
+                    points.push(Point { row: index, time_ns: row.time_ns, value, late_ns: 0 });
                 }
             }
         }

@@ -9,6 +9,7 @@ mod device;
 mod faults;
 mod file;
 mod plan;
+mod polled;
 mod report;
 mod scene;
 mod score;
@@ -20,10 +21,13 @@ mod travel;
 
 use std::collections::BTreeMap;
 use std::io;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand, ValueEnum};
+
+use encoring_diagnosis::Likelihood;
 
 use crate::clean::Beside;
 use crate::corpus::Case;
@@ -69,6 +73,18 @@ enum Command {
         /// Microseconds from row to row; all of 1, 10, 100 ms and 1 s if not given.
         #[arg(long)]
         period_us: Option<u64>,
+    },
+    /// Give the diagnosis clean logs of pollers, and count its false alarms.
+    CleanPolls {
+        /// How many logs.
+        #[arg(long, default_value_t = 10_000)]
+        logs: u64,
+        /// The seed of the first.
+        #[arg(long, default_value_t = 0)]
+        first: u64,
+        /// Logs with findings that are shown.
+        #[arg(long, default_value_t = 20)]
+        shown: u64,
     },
     /// Count the causes of a range of seeds, and how many of them can be told.
     Count {
@@ -116,6 +132,7 @@ fn main() -> ExitCode {
             Ok(())
         }
         Command::Clean { hours, period_us } => clean(hours, period_us),
+        Command::CleanPolls { logs, first, shown } => clean_polls(first..first.saturating_add(logs), shown),
         Command::Count { seeds } => {
             count(seeds);
             Ok(())
@@ -161,6 +178,26 @@ fn clean(hours: u64, period_us: Option<u64>) -> io::Result<()> {
         }
     }
     if alarms == 0 { Ok(()) } else { Err(io::Error::other(format!("{alarms} false alarms"))) }
+}
+
+fn clean_polls(seeds: Range<u64>, shown: u64) -> io::Result<()> {
+    let mut counts: BTreeMap<(&str, &str), u64> = BTreeMap::new();
+    let (mut logs, mut sure, mut loud) = (0_u64, 0_u64, 0_u64);
+    for alarms in seeds.map(polled::alarms) {
+        logs += 1;
+        for episode in &alarms.found {
+            *counts.entry((episode.cause.name(), episode.certainty.name())).or_default() += 1;
+        }
+        let is_sure = alarms.found.iter().any(|episode| episode.certainty >= Likelihood::Likely);
+        sure += u64::from(is_sure);
+        loud += u64::from(!alarms.found.is_empty());
+        if is_sure && sure <= shown || !alarms.found.is_empty() && loud <= shown {
+            println!("{alarms}");
+        }
+    }
+    println!("{logs} clean logs: {loud} with a finding, {sure} with one that is certain or likely");
+    counts.iter().for_each(|((cause, certainty), count)| println!("  {cause} {certainty}: {count}"));
+    if sure == 0 { Ok(()) } else { Err(io::Error::other(format!("{sure} false alarms"))) }
 }
 
 fn count(seeds: u64) {

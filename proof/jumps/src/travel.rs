@@ -38,6 +38,8 @@ pub(crate) enum Manner {
     Changes,
     /// To and fro between two places.
     Strokes,
+    /// To and fro as a sine.
+    Swings,
     /// A stand, and vibration within what the axis can do.
     Vibrates,
 }
@@ -54,6 +56,7 @@ impl Travel {
         match axis.manner {
             Manner::Stands => {}
             Manner::Vibrates => travel.vibrate(axis, lasting),
+            Manner::Swings => travel.swing(axis, lasting),
             Manner::Runs if axis.ends.is_none() => travel.set_speed(0.0, sign * axis.speed),
             Manner::Runs | Manner::Changes | Manner::Strokes => {
                 let mut now = 0.0;
@@ -108,6 +111,32 @@ impl Travel {
             self.legs.push(Leg { from: over, place, speed: 0.0, acceleration: 0.0 });
         }
         over.max(now + 1e-4)
+    }
+
+    /// A sine of which the largest speed and acceleration are those of the axis, as far as its ends let it.
+    fn swing(&mut self, axis: &Axis, lasting: f64) {
+        let place = self.place(0.0);
+        let mut speed = axis.speed;
+        // Not above a few swings a second.
+        let acceleration = axis.acceleration.min(speed / 0.03);
+        if let Some((least, most)) = axis.ends {
+            // Its width is twice the square of the speed by the acceleration.
+            speed = speed.min(((most - place).min(place - least) * acceleration / 2.0).sqrt());
+        }
+        let mut speed_now = speed;
+        let step = speed / acceleration / 16.0;
+        let (mut now, mut place) = (0.0, place);
+        let start = place;
+        // The place against the middle is what the acceleration is set by.
+        let stiffness = acceleration * acceleration / (speed * speed);
+        while now < lasting {
+            let middle = place + speed_now * step / 2.0;
+            let leg = Leg { from: now, place, speed: speed_now, acceleration: -(middle - start) * stiffness };
+            self.legs.push(leg);
+            now += step;
+            place = self.place(now);
+            speed_now = self.speed(now);
+        }
     }
 
     /// Up and down with the acceleration of the axis, 40 times a second.
