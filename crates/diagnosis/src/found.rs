@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::cause::JumpCause;
 use crate::episode::Episode;
-use crate::said::printed;
+use crate::said::{SaidOfEvent, printed};
 
 /// What was found of a jump.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -21,6 +21,9 @@ pub struct FoundView {
     pub apart: String,
     /// What speaks for it.
     pub evidence: Vec<String>,
+    /// The sentences as codes and values.
+    #[serde(skip)]
+    pub said: SaidOfEvent,
     /// The cause for people.
     #[serde(skip)]
     pub title: &'static str,
@@ -36,6 +39,7 @@ impl FoundView {
             alternatives: episode.alternatives.iter().copied().map(JumpCause::name).collect(),
             apart: printed(&episode.apart).join("; "),
             evidence: printed(&episode.evidence),
+            said: episode.into(),
             title: episode.cause.title(),
         }
     }

@@ -83,5 +83,5 @@ pub use picture::Picture;
 pub use recent::Recent;
 pub use recorded::{Diagnosed, RecordedSamples, Unreadable};
 pub use report::{DiagnosisReport, ReportedEvent};
-pub use said::{SaidReport, sentences};
+pub use said::{SaidOfEvent, SaidReport, sentences};
 pub use sample::{Sample, Sighting};

@@ -15,9 +15,17 @@ pub fn sentences() -> impl Iterator<Item = &'static SaidTemplate> {
 
 /// What is said of an episode.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-struct SaidOfEvent {
-    evidence: Vec<Said>,
-    apart: Vec<Said>,
+pub struct SaidOfEvent {
+    /// What speaks for its cause.
+    pub evidence: Vec<Said>,
+    /// What would tell it from others.
+    pub apart: Vec<Said>,
+}
+
+impl From<&Episode> for SaidOfEvent {
+    fn from(episode: &Episode) -> Self {
+        Self { evidence: episode.evidence.clone(), apart: episode.apart.clone() }
+    }
 }
 
 /// The sentences of a report as codes and values, in its order.
@@ -48,12 +56,8 @@ impl SaidReport {
     /// That of a recording.
     #[must_use]
     pub fn new(conclusion: &Conclusion) -> Self {
-        let of = |episode: &Episode| SaidOfEvent {
-            evidence: episode.evidence.clone(),
-            apart: episode.apart.clone(),
-        };
         Self {
-            events: conclusion.episodes.iter().map(of).collect(),
+            events: conclusion.episodes.iter().map(SaidOfEvent::from).collect(),
             judged: conclusion.judged.clone(),
             limits: conclusion.limits.clone(),
             remedies: if conclusion.episodes.iter().any(is_of_the_manual) {

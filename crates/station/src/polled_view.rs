@@ -5,7 +5,7 @@ use std::fmt;
 use encoring_bus::misread::Misread;
 use encoring_bus::watch::{HandshakePhase, Sight, Subject, TOLD_BY_POLLS, Watch};
 use encoring_bus::{Blind, Bus, BusError, Cause, Judgement, Link};
-use encoring_diagnosis::FoundView;
+use encoring_diagnosis::{FoundView, SaidOfEvent};
 use encoring_host::referee::{Finding, HandshakeRule, RULES, Vantage};
 use encoring_host::validity::Why;
 use encoring_ring::diagnostics::Diagnosis;
@@ -100,7 +100,7 @@ pub struct PolledDevice {
     /// `halves_and_bytes`.
     pub misread: Option<&'static str>,
     /// What was found of the jump that makes it implausible.
-    pub likely: Option<FoundView>,
+    pub likely: Option<LikelyView>,
     /// The error status, if a data check has told it since the error bit is set.
     #[serde(serialize_with = "json::status_if_on")]
     pub status: Option<ErrorStatus>,
@@ -113,6 +113,27 @@ pub struct PolledDevice {
     pub data_check: Option<ErrorStatus>,
     /// Its lamps, of a simulated one.
     pub lamps: Option<LampsView>,
+}
+
+/// The cause of a jump as far as it can be told.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LikelyView {
+    /// Its name.
+    pub cause: &'static str,
+    /// How sure it is.
+    pub certainty: &'static str,
+    /// What else it may be, the likeliest first.
+    pub alternatives: Vec<&'static str>,
+    /// What speaks for it, and what would tell it from others, as codes and values.
+    #[serde(flatten)]
+    pub said: SaidOfEvent,
+}
+
+impl From<&FoundView> for LikelyView {
+    fn from(found: &FoundView) -> Self {
+        let FoundView { cause, certainty, alternatives, said, .. } = found.clone();
+        Self { cause, certainty, alternatives, said }
+    }
 }
 
 /// What is impossible of a position, in numbers.
@@ -227,7 +248,7 @@ impl PolledView {
         let seen = poll.sights.iter().zip(watch.subjects()).zip(beside.known);
         let devices = seen.map(|((sight, subject), known)| PolledDevice {
             misread: watch.misread(sight.position).map(turned),
-            likely: beside.causes.of(sight.position).cloned(),
+            likely: beside.causes.of(sight.position).map(LikelyView::from),
             parameters: known.parameters(),
             data_check: known.data_check(),
             lamps: (beside.lamps)(sight.position),

@@ -4,7 +4,7 @@ import { clock } from "./clock.js";
 import { attribute, h, put } from "./dom.js";
 import { parameter_text, worth } from "./ring.js";
 import { sheet, status_texts } from "./encoder.js";
-import { number, span, t } from "./texts.js";
+import { more, number, said, span, t } from "./texts.js";
 import { binary, bits, field, FIELDS, gray, hex, place } from "./words.js";
 
 /** A position in degrees or mm; a dash where the scaling is not known. */
@@ -50,14 +50,14 @@ function list_of(properties) {
       const is = JSON.stringify(items);
       if (is === drawn) return;
       drawn = is;
-      list.replaceChildren(...items.map(([text, lang]) => h("li", { lang }, text)));
+      list.replaceChildren(...items.map((text) => h("li", {}, text)));
     },
   };
 }
 
-const plain = (texts) => texts.map((text) => [text, null]);
-
 function position(context) {
+  // They are there when a jump is to be explained.
+  ["diagnosis", "sheet"].forEach((name) => { more(name).catch(() => {}); });
   const rows = ["steps", "place", "hex", "binary", "gray", "in", "out", "age", "step", "lamps"].map((name) => [name, h("td", { class: ["step", "lamps"].includes(name) ? null : "mono", "data-row": name })]);
   const cells = Object.fromEntries(rows);
   const big = h("p", { class: "big mono", id: "value" });
@@ -85,14 +85,14 @@ function position(context) {
       if (!travel.hidden) [travel.max, travel.value] = [length, value];
       put(verdict, t(`worth.${device.verdict}`));
       attribute(verdict, "class", worth(device.verdict));
-      why.show(plain(reasons(device, ring)));
+      why.show(reasons(device, ring));
       put(turned, device.misread == null ? "" : t(`misread.${device.misread}`));
       // Only a step of the position waits for somebody who explains it.
       jumped.hidden = device.why?.from == null;
       const { likely: found } = device;
-      likely.show(found == null ? [] : [[likely_text(found), null], ...found.evidence.map((text) => [text, "en"]), ...(found.apart ? [[found.apart, "en"]] : [])]);
-      causes.show((jumped.hidden ? [] : context.unit.step_changes).map(({ cause, remedy }) => [`${cause}: ${remedy}`, "en"]));
-      blind.show(plain(device.blind.map((name) => t(`blind.${name}`))));
+      likely.show(found == null ? [] : [likely_text(found), ...found.evidence.map(said), ...found.apart.map((way) => `${t("diagnosis.apart")} ${said(way)}`)]);
+      causes.show((jumped.hidden ? [] : context.unit.step_changes).map(({ cause, remedy }) => `${said({ code: cause })}: ${said({ code: remedy })}`));
+      blind.show(device.blind.map((name) => t(`blind.${name}`)));
       put(cells.steps, there ? String(value) : "-");
       put(cells.place, there ? place_text(device, context.unit) : "-");
       put(cells.hex, there ? `${hex(value, 6)}h` : "-");
@@ -129,30 +129,30 @@ function check_text(device, unit) {
 }
 
 /** Reads every value that can be read, one service after the other, once it is agreed to. */
-async function read_all(context, said) {
+async function read_all(context, status) {
   const { unit, position } = context;
   const wanted = unit.services.filter(({ number: service, read }) => read && service !== 8);
   if (!(await context.agreed(t("ask.read_all", { count: wanted.length, position, bus: context.about.bus })))) return;
   let done = 0;
   let doubtful = 0;
   for (const { number: service } of wanted) {
-    put(said, t("read.now", { service: hex(service, 2), name: t(`service.${service}`) }));
+    put(status, t("read.now", { service: hex(service, 2), name: t(`service.${service}`) }));
     const answer = await context.carry_out({ verb: "service", position, service });
     if (answer == null) break;
     done += 1;
     if (answer.reply.error && answer.reply.data === 0) doubtful += 1;
   }
-  put(said, `${t("read.done", { done, count: wanted.length })} ${doubtful > 0 ? t("read.doubtful", { doubtful }) : ""}`);
+  put(status, `${t("read.done", { done, count: wanted.length })} ${doubtful > 0 ? t("read.doubtful", { doubtful }) : ""}`);
 }
 
 function parameters(context) {
   const { unit } = context;
   const body = h("tbody", { id: "known" });
   const check = h("p", { id: "data-check" });
-  const said = h("p", { class: "small", id: "read-said", role: "status" });
+  const status = h("p", { class: "small", id: "read-said", role: "status" });
   const read = h("button", { id: "read-all", disabled: !context.may_change, onclick: async () => {
     read.disabled = true;
-    await read_all(context, said);
+    await read_all(context, status);
     read.disabled = false;
   } }, t("read.all"));
   const head = ["service", "programmed", "accepted", "active"].map((name) => h("th", { scope: "col" }, t(`column.${name}`)));
@@ -161,7 +161,7 @@ function parameters(context) {
     file.serial == null ? "" : t("file.serial", { serial: file.serial }), file.label ?? ""].filter(Boolean).join("; ");
   const element = h("section", { class: "card double" }, h("h3", {}, t("parameters")), context.about.simulated ? null : h("p", { class: "small", id: "file" }, about),
     h("div", { class: "scroll", tabindex: 0 }, h("table", { class: "known" }, h("thead", {}, h("tr", {}, head)), body)), check,
-    h("div", { class: "row" }, read, context.may_change ? null : h("span", { class: "small soft" }, t("only_shows"))), said,
+    h("div", { class: "row" }, read, context.may_change ? null : h("span", { class: "small soft" }, t("only_shows"))), status,
     h("p", { class: "small soft" }, t("known.how")), unit.at_once ? h("p", { class: "small soft" }, t("at_once")) : null);
   let drawn = "";
   return {
