@@ -67,10 +67,11 @@ function position(context) {
   const why = list_of({ id: "why" });
   const likely = list_of({ class: "small", id: "likely" });
   const causes = list_of({ class: "small", id: "step-changes" });
+  const named = h("span");
   const turned = h("p", { class: "warn", id: "misread" });
   const blind = list_of({ class: "small", id: "blind" });
   const explained = h("button", { id: "acknowledge", onclick: () => context.order({ verb: "acknowledge", position: context.position }) }, t("acknowledge"));
-  const jumped = h("div", {}, h("p", { class: "row" }, explained, h("span", { class: "small" }, t("acknowledge.when"))), likely.list, causes.list);
+  const jumped = h("div", {}, h("p", { class: "row" }, explained, h("span", { class: "small" }, t("acknowledge.when"))), likely.list, h("p", { class: "small" }, named), causes.list);
   const element = h("section", { class: "card double" }, h("h3", {}, t("position")), big, of, travel, verdict, why.list, turned, jumped, blind.list,
     h("table", {}, h("tbody", {}, rows.map(([name, cell]) => h("tr", {}, h("th", { scope: "row" }, t(`position.${name}`)), cell)))));
   return {
@@ -91,6 +92,7 @@ function position(context) {
       jumped.hidden = device.why?.from == null;
       const { likely: found } = device;
       likely.show(found == null ? [] : [likely_text(found), ...found.evidence.map(said), ...found.apart.map((way) => `${t("diagnosis.apart")} ${said(way)}`)]);
+      put(named, context.unit.step_changes.length > 0 ? t("step_changes") : "");
       causes.show((jumped.hidden ? [] : context.unit.step_changes).map(({ cause, remedy }) => `${said({ code: cause })}: ${said({ code: remedy })}`));
       blind.show(device.blind.map((name) => t(`blind.${name}`)));
       put(cells.steps, there ? String(value) : "-");

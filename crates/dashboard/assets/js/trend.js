@@ -113,7 +113,8 @@ function panel(pen, points, label, stroke, x, { top, bottom, wide }) {
 /** The times below, and what happened. */
 function axis(pen, position, { begin, end }, x, { height, wide }) {
   const { times, digits } = round_times(begin, end, wide / TIMES_APART);
-  for (const time of times) {
+  // Before 0 there was nothing.
+  for (const time of times.filter((time) => time >= 0)) {
     pen.strokeStyle = color("--edge");
     pen.beginPath();
     pen.moveTo(x(time), height - 20);
@@ -222,7 +223,7 @@ export function create(context) {
     pointer(pen, dragged, at, { height, wide });
     const before = at == null ? inside.at(-1) : inside.findLast(({ time }) => time <= begin + at * (end - begin));
     const value = before?.value == null ? "-" : number(before.value);
-    put(said, inside.length === 0 ? t("trend.empty") : t(at == null ? "trend.now" : "trend.at", { value, at: seconds(before?.time ?? begin), samples: number(inside.length), from: seconds(begin), to: seconds(end) }));
+    put(said, inside.length === 0 ? t("trend.empty") : t(at == null ? "trend.now" : "trend.at", { value, at: seconds(before?.time ?? begin), samples: number(inside.length), from: seconds(Math.max(begin, 0)), to: seconds(end) }));
     buttons.update();
   };
   const buttons = controls(part, draw, [csv, png]);
