@@ -29,6 +29,7 @@ registers as mbpoll prints them ([5]: 0xC200). It skips lines that begin with #.
 Exit codes:
   0  every word was explained
   2  a word cannot be read
+  3  standard input holds no word
 
 Examples:
   encoring decode C200270F
@@ -96,16 +97,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
             }
             let told = lines::decode(bare, &mut printer);
             printer.flush()?;
-            told?;
+            told
         }
         words => {
             let reading = number::word(words.iter().copied(), bare).map_err(bad_input)?;
             doubts([reading].into_iter());
             printer.print(reading.bits)?;
             printer.flush()?;
+            Ok(Answer::Yes)
         }
     }
-    Ok(Answer::Yes)
 }
 
 /// Says once what somebody may not have meant.

@@ -48,6 +48,10 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let change = change.map_err(bad_input)?;
     let parameter = arguments.parameter.parameter();
     arguments.how.run("write", |target| {
+        if let Some(part) = change.unknown_part(parameter, target.model) {
+            let (name, model) = (part.name(), target.model);
+            return Err(bad_input(format!("{}: a {model} has no {name}", parameter.key())));
+        }
         let change = change.completed(parameter, target.model);
         if !change.is_whole() {
             note(&format!(

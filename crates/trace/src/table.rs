@@ -80,10 +80,15 @@ impl<R: Read> Table<R> {
             |(column, problem): Misfit| lines.error_at(at, column.map(|index| head.label(index)), problem);
         let row = seen.get(head.rows_at()).map(|row| row.text.as_slice());
         check(&head, row, layout).map_err(wrong)?;
-        let time = scale(&head, first.as_deref()).map_err(wrong)?;
+        let unit = unit(&head).map_err(wrong)?;
+        let row_at = seen.get(head.rows_at()).map(|seen| seen.number);
+        check_time(&head, unit, first.as_deref()).map_err(|(column, problem)| {
+            lines.error_at(row_at, column.map(|index| head.label(index)), problem)
+        })?;
+        let time = scale(&head, unit, first.as_deref()).map_err(wrong)?;
         if time.is_some() && layout.period_ns.is_some() {
             let others = head.columns.iter().copied().filter(|(_, meaning)| !meaning.is_time()).collect();
-            let to_type = head.with(others).to_type(None);
+            let to_type = head.with(others).to_type(&[]);
             let problem = format!(
                 "the table has times; leave --period out, or name the columns without it, as {to_type}"
             );
@@ -365,13 +370,17 @@ fn check(head: &Head, row: Option<&[u8]>, layout: &TableLayout) -> Result<(), Mi
 fn check_once(head: &Head, layout: &TableLayout) -> Result<(), Misfit> {
     for (place, (index, meaning)) in head.columns.iter().enumerate() {
         let twice = |(_, known): &&(usize, Meaning)| known == meaning || known.is_time() && meaning.is_time();
-        if let Some((first, _)) = head.columns.iter().take(place).find(twice) {
+        if let Some((at, (first, known))) =
+            head.columns.iter().take(place).enumerate().find(|(_, it)| twice(it))
+        {
+            // One whose unit is told is read as it is.
+            let left = if *known == Meaning::TimeAsNamed { at } else { place };
+            let both = if meaning.is_time() { "the time" } else { meaning.name() };
             let problem = format!(
-                "{} and {} are both {}; say which is read, as {}",
+                "{} and {} are both {both}; say which is read, as {}",
                 head.label(*first),
                 head.label(*index),
-                meaning.name(),
-                head.without(place).to_type(None)
+                head.without(left).to_type(&[])
             );
             return Err((None, Problem::Table(problem)));
         }
@@ -380,7 +389,8 @@ fn check_once(head: &Head, layout: &TableLayout) -> Result<(), Misfit> {
             && name.is_some()
             && head.names.iter().filter(|known| Some(*known) == name).count() > 1
         {
-            let problem = "more than one column has this name; rename one of them".to_owned();
+            let numbered = head.to_type(&[]);
+            let problem = format!("more than one column has this name; give their numbers, as {numbered}");
             return Err((Some(*index), Problem::Table(problem)));
         }
     }
@@ -403,26 +413,30 @@ fn check_halves(head: &Head, word: Word, name: &str, whole: Column) -> Result<()
 
 /// A name that looks like ours is not left without a word.
 fn check_close(head: &Head) -> Result<(), Misfit> {
-    let close = head.names.iter().enumerate().find_map(|(index, name)| match recognise(name) {
+    let close = head.names.iter().enumerate().filter_map(|(index, name)| match recognise(name) {
         Recognised::Close(ours) => Some((index, ours)),
         _ => None,
     });
-    let Some((index, ours)) = close else { return Ok(()) };
-    let taken = head.columns.iter().any(|(_, meaning)| meaning.name() == ours);
-    let without = head.to_type(None);
-    let problem = if taken {
+    let close: Vec<_> = close.collect();
+    let Some(&(index, ours)) = close.first() else { return Ok(()) };
+    let taken = |ours: &str| head.columns.iter().any(|(_, meaning)| meaning.name() == ours);
+    let without = head.to_type(&[]);
+    let problem = if taken(ours) {
         format!("looks like {ours}, which is there too; to read the others and leave it, type {without}")
-    } else if head.columns.is_empty() {
-        format!("looks like {ours}; if it is, type {}", head.to_type(Some((ours, index))))
     } else {
-        let with = head.to_type(Some((ours, index)));
-        format!("looks like {ours}; if it is, type {with}; if not, type {without}")
+        // Each of our names once: the first that looks like it.
+        let first = |place: usize, ours: &str| !close.iter().take(place).any(|(_, known)| *known == ours);
+        let all = close.iter().enumerate().filter(|(place, (_, ours))| !taken(ours) && first(*place, ours));
+        let with = head.to_type(&all.map(|(_, close)| *close).collect::<Vec<_>>());
+        let without =
+            if head.columns.is_empty() { String::new() } else { format!("; if not, type {without}") };
+        format!("looks like {ours}; if it is, type {with}{without}")
     };
     Err((Some(index), Problem::Table(problem)))
 }
 
-/// The column of times, and how they are written.
-fn scale(head: &Head, first: Option<&[String]>) -> Result<Option<(usize, Scale)>, Misfit> {
+/// The column of times, and its unit if it is told.
+fn unit(head: &Head) -> Result<Option<(usize, Option<Unit>)>, Misfit> {
     let time = head.columns.iter().find(|(_, meaning)| meaning.is_time());
     let Some(&(index, meaning)) = time else { return Ok(None) };
     let name = head.names.get(index).map_or("", String::as_str);
@@ -430,39 +444,63 @@ fn scale(head: &Head, first: Option<&[String]>) -> Result<Option<(usize, Scale)>
         Meaning::Time(unit) => Some(unit),
         _ => names::unit_apart(name).1,
     };
-    let scale = match (named, head.unit_below(index)) {
+    match (named, head.unit_below(index)) {
         (Some(named), Some(below)) if named != below => {
             let (named, below) = (named.name(), below.name());
             let problem =
                 format!("a time in {named}, and the row of units below says {below}; correct one of them");
-            return Err((Some(index), Problem::Table(problem)));
+            Err((Some(index), Problem::Table(problem)))
         }
-        (Some(unit), _) | (None, Some(unit)) => Scale::Unit(unit),
-        (None, None) => match first.and_then(|first| first.get(index)) {
-            // There are no rows.
-            None => Scale::Unit(Unit::Us),
-            Some(cell) => Scale::of(cell).ok_or_else(|| (Some(index), unitless(head, cell, index)))?,
-        },
+        (named, below) => Ok(Some((index, named.or(below)))),
+    }
+}
+
+/// Times without a unit are dates or durations, or numbers whose unit is asked for.
+fn check_time(
+    head: &Head,
+    unit: Option<(usize, Option<Unit>)>,
+    first: Option<&[String]>,
+) -> Result<(), Misfit> {
+    let Some((index, None)) = unit else { return Ok(()) };
+    let Some(cell) = first.and_then(|first| first.get(index)) else { return Ok(()) };
+    if Scale::of(cell).is_some() || decimal(cell, Commas::Decimal, 0).is_some() {
+        return Ok(());
+    }
+    let problem = format!(
+        "{:?} is no time that is read, such as 2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; \
+         rewrite them, or leave the column out and say how far rows are apart, as {} --period 10ms",
+        excerpt(cell.as_bytes()),
+        others(head, index).to_type(&[])
+    );
+    Err((Some(index), Problem::Table(problem)))
+}
+
+/// The column of times, and how they are written.
+fn scale(
+    head: &Head,
+    unit: Option<(usize, Option<Unit>)>,
+    first: Option<&[String]>,
+) -> Result<Option<(usize, Scale)>, Misfit> {
+    let Some((index, unit)) = unit else { return Ok(None) };
+    let scale = match (unit, first.and_then(|first| first.get(index))) {
+        (Some(unit), _) => Scale::Unit(unit),
+        // There are no rows.
+        (None, None) => Scale::Unit(Unit::Us),
+        (None, Some(cell)) => Scale::of(cell).ok_or_else(|| {
+            let problem = format!(
+                "no unit, and {:?} is no date; type {}, or with time_s, time_us or time_ns",
+                excerpt(cell.as_bytes()),
+                others(head, index).to_type(&[(index, "time_ms")])
+            );
+            (Some(index), Problem::Table(problem))
+        })?,
     };
     Ok(Some((index, scale)))
 }
 
-fn unitless(head: &Head, cell: &str, index: usize) -> Problem {
-    let others: Vec<_> = head.columns.iter().copied().filter(|(other, _)| *other != index).collect();
-    let others = head.with(others);
-    if decimal(cell, Commas::Decimal, 0).is_none() {
-        return Problem::Table(format!(
-            "{:?} is no time that is read, such as 2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; \
-             rewrite them, or leave the column out and say how far rows are apart, as {} --period 10ms",
-            excerpt(cell.as_bytes()),
-            others.to_type(None)
-        ));
-    }
-    Problem::Table(format!(
-        "no unit, and {:?} is no date; type {}, or with time_s, time_us or time_ns",
-        excerpt(cell.as_bytes()),
-        others.to_type(Some(("time_ms", index)))
-    ))
+/// The columns that are read but for one.
+fn others(head: &Head, index: usize) -> Head {
+    head.with(head.columns.iter().copied().filter(|(other, _)| *other != index).collect())
 }
 
 fn assumed(

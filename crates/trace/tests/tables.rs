@@ -135,6 +135,29 @@ fn a_refused_table_says_where_why_and_what_to_type() {
              say which, as --columns \"time_ms=Zeitstempel,out=QD 256,in=ID 256\"",
         ),
         (
+            "time_ms;OUT (hex);IN (hex)\n0;00000000;00000000\n",
+            "",
+            "line 1, column \"OUT (hex)\": looks like out; if it is, type --columns \
+             \"time_ms=time_ms,out=OUT (hex),in=IN (hex)\"; if not, type --columns \"time_ms=time_ms\"",
+        ),
+        (
+            "time_ms;OUT;IN;IN\n0;00000000;00000000;00000000\n",
+            "",
+            "line 1: \"IN\" and \"IN\" are both in; say which is read, as --columns \"time_ms=1,out=2,in=3\"",
+        ),
+        (
+            "time;time_ms;IN\n0;0;00000000\n",
+            "",
+            "line 1: \"time\" and \"time_ms\" are both the time; say which is read, as --columns \"time_ms=time_ms,in=IN\"",
+        ),
+        (
+            "Zeit;IN\n31.02.2026 10:00:00;00000000\n",
+            "",
+            "line 2, column \"Zeit\": \"31.02.2026 10:00:00\" is no time that is read, such as \
+             2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; rewrite them, or leave the column out \
+             and say how far rows are apart, as --columns \"in=IN\" --period 10ms",
+        ),
+        (
             "time_s,word\n0.001,00000000\n",
             "",
             "line 1: none of the columns \"time_s\", \"word\" is in, out or value by its name; \
@@ -238,7 +261,7 @@ fn a_refused_table_says_where_why_and_what_to_type() {
         (
             "time,IN\n11/27/2026 10:00:00,00000000\n",
             "",
-            "line 1, column \"time\": \"11/27/2026 10:00:00\" is no time that is read, such as \
+            "line 2, column \"time\": \"11/27/2026 10:00:00\" is no time that is read, such as \
              2026-11-27T10:00:00.001Z, 27.11.2026 10:00:00.001 or T#1s200ms; rewrite them, or leave the column out \
              and say how far rows are apart, as --columns \"in=IN\" --period 10ms",
         ),

@@ -161,6 +161,11 @@ pub enum PartError<'a> {
     },
     /// No number.
     Number(NumberError<'a>),
+    /// Said before, in the same value.
+    Twice {
+        /// Which part.
+        part: ParameterPart,
+    },
     /// More than a byte.
     Above {
         /// What was written.
@@ -177,6 +182,7 @@ impl fmt::Display for PartError<'_> {
                 write!(f, "{}: {} is not {zero} or {one}", part.name(), number::Excerpt(found))
             }
             Self::Number(error) => error.fmt(f),
+            Self::Twice { part } => write!(f, "{} is said twice; say it once", part.name()),
             Self::Above { found } => {
                 write!(f, "{found} is above {}, the largest of a byte", found.like(0xFF))
             }
@@ -234,7 +240,10 @@ impl ParameterChange {
         }
         let none = Self { value: TypedValue::from(0), mask: 0 };
         let mut parts = text.split(',').filter_map(|piece| ParameterPart::written(parameter, piece));
-        parts.try_fold(none, |all, (part, text)| Ok(all.and(Self::part(part, text)?)))
+        parts.try_fold(none, |all, (part, text)| match all.changes(part) {
+            true => Err(PartError::Twice { part }),
+            false => Ok(all.and(Self::part(part, text)?)),
+        })
     }
 
     /// This and another part of the same parameter.
@@ -248,6 +257,14 @@ impl ParameterChange {
     pub fn completed(self, parameter: Parameter, model: Model) -> Self {
         let parts = ParameterPart::of(parameter, model).fold(0, |mask, part| mask | part.mask());
         if parts != 0 && self.mask & parts == parts { Self { mask: DATA_MAX, ..self } } else { self }
+    }
+
+    /// A part that it names and that the model gives no meaning.
+    #[must_use]
+    pub fn unknown_part(self, parameter: Parameter, model: Model) -> Option<ParameterPart> {
+        let named = |part: &ParameterPart| part.parameter() == parameter && self.changes(*part);
+        let known = |part: &ParameterPart| ParameterPart::of(parameter, model).any(|known| known == *part);
+        PARTS.into_iter().find(|part| !self.is_whole() && named(part) && !known(part))
     }
 
     /// `true` if it says what shall become of a part.
@@ -308,12 +325,27 @@ mod tests {
         for (parameter, wrong) in [
             (ssi, "falling"),
             (ssi, "bits=25,9"),
+            (ssi, "bits=25,code=gray,bits=26"),
+            (direction, "falling,direction=falling"),
             (ssi, ""),
             (direction, "bits=25"),
             (Parameter::Numerator, "gray"),
         ] {
             ParameterChange::read(parameter, wrong).unwrap_err();
         }
+    }
+
+    #[test]
+    fn a_part_that_a_model_lacks_is_named() {
+        let of = |text, model| {
+            let change = ParameterChange::read(Parameter::CountingDirection, text).unwrap();
+            change.unknown_part(Parameter::CountingDirection, model)
+        };
+        assert_eq!(of("falling,code=gray", Model::Ce100M), Some(ParameterPart::PositionCode));
+        assert_eq!(of("gray", Model::La66), Some(ParameterPart::PositionCode));
+        assert_eq!(of("gray", Model::Ce65M), None);
+        assert_eq!(of("falling", Model::La66), None);
+        assert_eq!(of("257", Model::La66), None, "a number names no part");
     }
 
     #[test]

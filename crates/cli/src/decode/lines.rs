@@ -6,13 +6,16 @@ use std::iter;
 use encoring_words::number::{self, Bare, Reading, Register};
 
 use super::{Printer, doubts};
-use crate::output::{Failure, bad_input};
+use crate::output::{Answer, Failure, bad_input, note};
 
 /// The most bytes of a line, so that memory is bounded whatever comes in.
 const LINE_LIMIT: usize = 4096;
 
-/// Explains the words of standard input, and what is there before waiting for more.
-pub(super) fn decode<W: Write>(bare: Bare, printer: &mut Printer<'_, W>) -> Result<(), Failure> {
+/// Spreadsheets and Windows put this in front of UTF-8.
+const BYTE_ORDER_MARK: char = '\u{FEFF}';
+
+/// Explains the words of standard input, and what is there before waiting for more. Unknown if there is no word.
+pub(super) fn decode<W: Write>(bare: Bare, printer: &mut Printer<'_, W>) -> Result<Answer, Failure> {
     let mut input = BufReader::new(io::stdin().lock());
     let mut lines = Lines { bare, high: None, program: false, doubted: false };
     let mut line = Vec::new();
@@ -25,17 +28,24 @@ pub(super) fn decode<W: Write>(bare: Bare, printer: &mut Printer<'_, W>) -> Resu
         // One more than the limit, and a line feed.
         let read = input.by_ref().take(LINE_LIMIT as u64 + 2).read_until(b'\n', &mut line);
         match read.map_err(|error| at(format!("cannot be read: {error}")))? {
-            0 => return lines.end().map_err(at),
+            0 => {
+                lines.end().map_err(at)?;
+                return Ok(lines.told(printer.any));
+            }
+            _ if number == 1 && (line.starts_with(b"\xFF\xFE") || line.starts_with(b"\xFE\xFF")) => {
+                return Err(at("the text is UTF-16; save it as UTF-8".to_owned()));
+            }
             _ if line.trim_ascii_end().len() > LINE_LIMIT => {
                 return Err(at(format!("longer than {LINE_LIMIT} bytes")));
             }
             _ => {}
         }
-        if let Some(word) = lines.word(&String::from_utf8_lossy(&line)).map_err(at)? {
+        let text = String::from_utf8_lossy(&line);
+        if let Some(word) = lines.word(text.trim_start_matches(BYTE_ORDER_MARK)).map_err(at)? {
             printer.print(word)?;
         }
     }
-    Ok(())
+    Ok(Answer::Yes)
 }
 
 /// What the lines have been so far.
@@ -79,6 +89,19 @@ impl Lines {
             }
             _ => Err(format!("register {} behind register {number}: a word is two in a row", low.number)),
         }
+    }
+
+    /// The answer at the end; without a word it says so.
+    fn told(&self, any: bool) -> Answer {
+        if any {
+            return Answer::Yes;
+        }
+        note(if self.program {
+            "no word is there: mbpoll has read no register; what it says of it is in its output"
+        } else {
+            "no word is there: standard input is empty, or all comments"
+        });
+        Answer::Unknown
     }
 
     /// A register alone is half a word.

@@ -230,7 +230,7 @@ impl ProgramView {
                     None => value.to_string(),
                 };
                 self.text.push(format!(
-                    "{} would be stored as {}, not as {}: the parts that stay rule the new one out",
+                    "{} would be stored as {}, not as {}: with a repetition it has 24 bits, whatever is asked",
                     parameter.key(),
                     told(stored),
                     told(asked)

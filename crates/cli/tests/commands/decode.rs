@@ -267,3 +267,28 @@ fn no_word_of_the_golden_traces_is_called_foreign() {
         }
     }
 }
+
+#[test]
+fn input_without_a_word_is_told_and_ends_with_3() {
+    for (input, told) in [
+        (&b""[..], "no word is there: standard input is empty"),
+        (b"# C200270F\n\n", "no word is there: standard input is empty, or all comments"),
+        (
+            b"-- Polling slave 1...\nRead input register failed: timed out\n",
+            "no word is there: mbpoll has read no",
+        ),
+    ] {
+        let Run { code, out, err } = encoring(&["decode", "-"], input);
+        assert_eq!((code, out.as_str()), (Some(3), ""), "{err}");
+        assert!(err.starts_with(told), "{err}");
+    }
+}
+
+#[test]
+fn what_windows_puts_in_front_of_a_text_is_passed_over_or_named() {
+    let Run { code, out, .. } = encoring(&["decode", "-"], b"\xEF\xBB\xBFC200270F\r\n");
+    assert_eq!(code, Some(0));
+    assert!(out.starts_with("C200270F "), "{out}");
+    let told = "error: standard input line 1: the text is UTF-16; save it as UTF-8";
+    refuses(&["decode", "-"], b"\xFF\xFEC\x002\x00", told);
+}

@@ -88,7 +88,7 @@ impl Head {
                     "{} and {} may both be the time; say which is, as {}, or give --period",
                     self.label(index),
                     self.label(other),
-                    self.to_type(Some((time.name(), index)))
+                    self.to_type(&[(index, time.name())])
                 );
                 return Err((None, Problem::Table(problem)));
             }
@@ -129,13 +129,19 @@ impl Head {
         }
     }
 
-    /// `--columns` with what was recognised, and one more.
-    pub(super) fn to_type(&self, more: Option<(&str, usize)>) -> String {
-        let more = more.into_iter().map(|(ours, index)| (index, ours));
+    /// `--columns` with what was recognised, and more; by numbers where a name stands twice.
+    pub(super) fn to_type(&self, more: &[(usize, &str)]) -> String {
+        let more = more.iter().copied();
         let mut columns: Vec<_> =
             self.columns.iter().map(|(index, meaning)| (*index, meaning.name())).chain(more).collect();
         columns.sort_unstable();
-        let name = |index: usize| self.names.get(index).map_or((index + 1).to_string(), |name| typed(name));
+        let at = |index: usize| self.names.get(index);
+        let again = |name| self.names.iter().filter(|known| *known == name).count() > 1;
+        let numbered = columns.iter().filter_map(|(index, _)| at(*index)).any(again);
+        let name = |index: usize| match at(index) {
+            Some(name) if !numbered => typed(name),
+            _ => (index + 1).to_string(),
+        };
         let pairs: Vec<_> =
             columns.into_iter().map(|(index, ours)| format!("{ours}={}", name(index))).collect();
         option(&pairs.join(","))

@@ -48,7 +48,14 @@ impl FromStr for Columns {
             if columns.iter().any(|(known, _)| *known == meaning || known.is_time() && meaning.is_time()) {
                 return Err(format!("{key} is said twice"));
             }
-            columns.push((meaning, name.trim().to_owned()));
+            let name = name.trim();
+            if let Some((other, _)) = columns.iter().find(|(_, known)| known.eq_ignore_ascii_case(name)) {
+                return Err(format!(
+                    "{name:?} is said to be both {} and {key}; it is one of them",
+                    other.name()
+                ));
+            }
+            columns.push((meaning, name.to_owned()));
         }
         Ok(Self(columns))
     }

@@ -126,7 +126,9 @@ impl fmt::Display for NumberError<'_> {
                 write!(f, "{decimal}, or {hexadecimal:X}h = {hexadecimal}; write one of them")
             }
             NumberProblem::Above { limit } => {
-                write!(f, "above {limit}, the largest number of {} bits", size.bits())
+                // A mark may leave less room than what is read.
+                let bits = u32::BITS - limit.number.leading_zeros();
+                write!(f, "above {limit}, the largest number of {bits} bits")
             }
             NumberProblem::Below { limit: 0 } => write!(f, "below 0"),
             NumberProblem::Below { limit } => {
@@ -175,7 +177,10 @@ impl fmt::Display for Excerpt<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut letters = self.0.chars();
         for letter in letters.by_ref().take(Self::CHARS) {
-            write!(f, "{}", letter.escape_debug())?;
+            match letter {
+                '\'' | '"' => write!(f, "{letter}")?,
+                _ => write!(f, "{}", letter.escape_debug())?,
+            }
         }
         if letters.next().is_some() { f.write_str("...") } else { Ok(()) }
     }

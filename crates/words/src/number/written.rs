@@ -85,7 +85,7 @@ impl<'a> Written<'a> {
 }
 
 /// A marked number as bits of this size. A word or a piece of one must not have the mark of another size: half a
-/// word is none. A value only has to fit.
+/// word is none. A value only has to fit, its mark too.
 pub(super) fn whole(written: Written<'_>, size: Size) -> Result<u32, NumberProblem> {
     let (base, rest) = (written.base(), written.rest);
     let (negative, rest) = match (written.mark, rest.strip_prefix('-')) {
@@ -94,11 +94,14 @@ pub(super) fn whole(written: Written<'_>, size: Size) -> Result<u32, NumberProbl
         _ => (false, rest),
     };
     let Some(found) = digits(rest, base) else { return Err(NumberProblem::NoNumber) };
-    if let Some(marked) = written.size()
-        && size != Size::Value
-        && marked != size
-    {
-        return Err(NumberProblem::OtherSize { marked });
+    match written.size() {
+        Some(marked) if size != Size::Value && marked != size => {
+            return Err(NumberProblem::OtherSize { marked });
+        }
+        Some(marked) if !negative => {
+            marked.of(found.number, base)?;
+        }
+        _ => {}
     }
     if !negative {
         return size.of(found.number, base);
