@@ -316,6 +316,7 @@ async function dropped(browser, base) {
   await page.setInputFiles("#recording", { name: "axis.csv", mimeType: "text/csv", buffer: Buffer.from(log()) });
   await page.waitForSelector('[data-cause="single_bit"]');
   await until(page, '[data-cause="single_bit"]', "line 202");
+  await page.waitForSelector("#diagnosis-cancel", { state: "hidden" });
   const wide = await page.waitForFunction(() => document.querySelector(".picture")?.naturalWidth);
   assert.ok((await wide.jsonValue()) > 100);
   await page.screenshot({ path: `${pictures}/diagnosis.png`, fullPage: true });

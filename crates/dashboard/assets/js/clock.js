@@ -14,6 +14,9 @@ export function now(time_ns) {
   last = time_ns;
 }
 
+/** Whether a state was there yet. */
+export const is_known = () => origin != null;
+
 /** A time of the bus as a time of the day. */
 export function clock(time_ns) {
   return origin == null ? span(time_ns) : new Date(origin + time_ns / 1e6).toLocaleTimeString(document.documentElement.lang);

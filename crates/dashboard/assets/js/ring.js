@@ -3,7 +3,7 @@
 import { happened } from "./api.js";
 import { connectors, jumper_text } from "./connectors.js";
 import { attribute, h, put, toggle } from "./dom.js";
-import { clock } from "./clock.js";
+import { clock, is_known } from "./clock.js";
 import { likely_text, reasons } from "./polled.js";
 import { number, span, t } from "./texts.js";
 
@@ -169,7 +169,7 @@ function events(context) {
   const none = h("li", { class: "soft" }, t("happened.none"));
   list.append(none);
   const ask = async () => {
-    if (asking) return;
+    if (asking || (context.polled && !is_known())) return;
     asking = true;
     try {
       for (const event of await happened(next)) {

@@ -84,7 +84,7 @@ function round_times(begin, end, most) {
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 5, 10].map((times) => times * power).find((each) => each >= rough);
   const times = [];
-  for (let time = Math.ceil(begin / step) * step; time <= end; time += step) times.push(time);
+  for (let time = Math.ceil(begin / step) * step; time <= end; time += step) times.push(time || 0);
   return { times, digits: Math.max(0, -Math.floor(Math.log10(step / 1e9) + 1e-9)) };
 }
 
