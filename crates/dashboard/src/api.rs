@@ -24,9 +24,9 @@ use tokio::task::spawn_blocking;
 use tokio::time::{Instant, timeout};
 
 use crate::frames::Frame;
-use crate::in_json::{given, in_json, refused, stopped};
+use crate::in_json::{given, in_json, refused, stopped, wrong_query};
 use crate::shared::{BODY_BYTES_MAX, Ends, Shared};
-use crate::{assets, diagnose, guard, metrics, sheet, units};
+use crate::{assets, diagnose, guard, metrics, refusals, sheet, units};
 
 /// The most changes in one answer; the next ones are asked for then.
 const CHANGES_MAX: usize = 2_000;
@@ -112,15 +112,14 @@ async fn history(
 ) -> Response {
     let Query(HistoryQuery { position, from }) = match query {
         Ok(query) => query,
-        Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
+        Err(wrong) => return wrong_query(&wrong),
     };
     let since: Option<ChangesSince> = shared.ring.history().since(position, from, CHANGES_MAX);
     match since {
         Some(since) => given(&since),
         None => {
             let last = shared.ring.units().last().map_or(0, |unit| unit.position);
-            let why = format!("position {position}; the last encoder is at {last}");
-            refused(StatusCode::NOT_FOUND, &why)
+            refused(StatusCode::NOT_FOUND, &refusals::no_position(position, last))
         }
     }
 }
@@ -138,7 +137,7 @@ async fn happened(
 ) -> Response {
     let Query(HappenedQuery { from }) = match query {
         Ok(query) => query,
-        Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
+        Err(wrong) => return wrong_query(&wrong),
     };
     let kept: Result<Vec<RingEvent>, RingStopped> = shared.ring.happened(from);
     match kept {
@@ -179,13 +178,12 @@ async fn text_of(body: Body, shared: &Shared) -> Result<String, Response> {
     let bytes = match timeout(shared.slow, to_bytes(body, BODY_BYTES_MAX)).await {
         Ok(Ok(bytes)) => bytes,
         Ok(Err(_)) => {
-            let why = format!("the body is broken off, or longer than {BODY_BYTES_MAX} bytes");
-            return Err(refused(StatusCode::PAYLOAD_TOO_LARGE, &why));
+            return Err(refused(StatusCode::PAYLOAD_TOO_LARGE, &refusals::body_too_long(BODY_BYTES_MAX)));
         }
-        Err(_) => return Err(refused(StatusCode::REQUEST_TIMEOUT, "the body did not come in time")),
+        Err(_) => return Err(refused(StatusCode::REQUEST_TIMEOUT, &refusals::body_too_slow())),
     };
     let text = String::from_utf8(bytes.into());
-    text.map_err(|_| refused(StatusCode::BAD_REQUEST, "the body is not UTF-8"))
+    text.map_err(|_| refused(StatusCode::BAD_REQUEST, &refusals::no_text()))
 }
 
 /// One of the verbs of the control port, as one object of JSON.
@@ -221,7 +219,7 @@ async fn login(State(shared): State<Shared>, Extension(ends): Extension<Ends>, b
         Err(refused) => return refused,
     };
     let Ok(Login { token }) = serde_json::from_str(&text) else {
-        return refused(StatusCode::BAD_REQUEST, "the body is no object with the key token");
+        return refused(StatusCode::BAD_REQUEST, &refusals::no_login());
     };
     match shared.access.enter(&token, ends.peer, Instant::now()) {
         Ok(cookie) => {

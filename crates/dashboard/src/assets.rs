@@ -42,6 +42,12 @@ const ASSETS: &[Asset] = &[
         kind: "application/json",
         content: Content::Made(|| said_in_english(encoring_sheet::sentences())),
     },
+    asset!("/texts/de/refusals.json", "texts/de/refusals.json", "application/json"),
+    Asset {
+        path: "/texts/en/refusals.json",
+        kind: "application/json",
+        content: Content::Made(|| said_in_english(crate::refusals::refusals())),
+    },
     asset!("/texts/de/diagnosis.json", "texts/de/diagnosis.json", "application/json"),
     Asset {
         path: "/texts/en/diagnosis.json",
@@ -71,7 +77,11 @@ const ASSETS: &[Asset] = &[
 
 /// The English sentences of the program, in the form of the page's own texts.
 fn said_in_english(sentences: impl Iterator<Item = &'static SaidTemplate>) -> String {
-    let texts: BTreeMap<&str, &str> = sentences.map(|said| (said.code, said.english)).collect();
+    // What another library says comes in its words.
+    let own = sentences.filter(|said| !said.english.is_empty());
+    // Doubled braces stand for themselves.
+    let plain = |english: &str| english.replace("{{", "{").replace("}}", "}");
+    let texts: BTreeMap<&str, String> = own.map(|said| (said.code, plain(said.english))).collect();
     // Texts with names for keys have no reason to fail.
     serde_json::to_string(&texts).unwrap_or_default()
 }

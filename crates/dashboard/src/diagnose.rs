@@ -15,6 +15,7 @@ use encoring_diagnosis::{
     Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, SaidReport, Unreadable,
 };
 use encoring_figure::Chart;
+use encoring_texts::Said;
 use encoring_words::Model;
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
@@ -22,7 +23,8 @@ use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::spawn_blocking;
 use tokio::time::{Duration, timeout};
 
-use crate::in_json::{given, refused};
+use crate::in_json::{given, refused, wrong_query};
+use crate::refusals;
 use crate::shared::Shared;
 
 /// The longest recording.
@@ -63,16 +65,22 @@ struct Found {
 
 /// Why what comes is not taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.said())]
 enum NotTaken {
-    #[error("the recording is longer than {RECORDING_BYTES_MAX} bytes; use encoring diagnose")]
     TooLong,
-    #[error("the recording did not come in time")]
     TooSlow,
-    #[error("the recording is broken off")]
     BrokenOff,
 }
 
 impl NotTaken {
+    fn said(self) -> Said {
+        match self {
+            Self::TooLong => refusals::recording_too_long(RECORDING_BYTES_MAX),
+            Self::TooSlow => refusals::recording_too_slow(),
+            Self::BrokenOff => refusals::recording_broken_off(),
+        }
+    }
+
     const fn status(self) -> StatusCode {
         match self {
             Self::TooLong => StatusCode::PAYLOAD_TOO_LARGE,
@@ -158,15 +166,15 @@ pub(crate) async fn diagnose(
 ) -> Response {
     let Query(DiagnoseQuery { name, model }) = match query {
         Ok(query) => query,
-        Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
+        Err(wrong) => return wrong_query(&wrong),
     };
     let model = match (model.is_empty(), Model::from_str(&model)) {
         (true, _) => None,
         (false, Ok(model)) => Some(model),
-        (false, Err(wrong)) => return refused(StatusCode::BAD_REQUEST, &format!("model {model}: {wrong}")),
+        (false, Err(_)) => return refused(StatusCode::BAD_REQUEST, &refusals::unknown_model(&model)),
     };
     let Ok(alone) = shared.diagnosing.clone().try_acquire_owned() else {
-        return refused(StatusCode::SERVICE_UNAVAILABLE, "another recording is being read; try again later");
+        return refused(StatusCode::SERVICE_UNAVAILABLE, &refusals::busy());
     };
     let (pieces, coming) = channel(PIECES_WAITING);
     let coming = Coming { pieces: coming, piece: Bytes::new() };
@@ -175,11 +183,11 @@ pub(crate) async fn diagnose(
         found(&name, model, coming)
     });
     if let Err(why) = fed(body, pieces, shared.slow).await {
-        return refused(why.status(), &why.to_string());
+        return refused(why.status(), &why.said());
     }
     match reading.await {
         Ok(Ok(found)) => given(&found),
-        Ok(Err(unreadable)) => refused(StatusCode::BAD_REQUEST, &unreadable.to_string()),
-        Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, "the recording could not be read"),
+        Ok(Err(unreadable)) => refused(StatusCode::BAD_REQUEST, unreadable.said()),
+        Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, &refusals::not_read()),
     }
 }

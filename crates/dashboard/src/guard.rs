@@ -12,11 +12,13 @@ use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
+use encoring_texts::Said;
 use tokio::time::Instant;
 
 use crate::access::{Access, Entry};
 use crate::assets;
 use crate::in_json::refused;
+use crate::refusals;
 use crate::shared::{Ends, Shared};
 
 /// No script and no style but the page's own files, and nothing from elsewhere.
@@ -37,28 +39,34 @@ const TOLD: [(header::HeaderName, &str); 6] = [
 
 /// Why a request was not looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.said())]
 pub(crate) enum Turned {
     /// The page is not known under that name.
-    #[error("the page is not served under this Host; --web-host NAME adds a name")]
     Host,
     /// From another page.
-    #[error("requests from other pages are refused")]
     Origin,
     /// As a form of any page can send it.
-    #[error("the body must be application/json, a recording application/octet-stream")]
     Kind,
     /// It names no token.
-    #[error("a token is needed: as a bearer, or entered in the page")]
     NoToken,
     /// It names a wrong one.
-    #[error("this token is wrong")]
     WrongToken,
     /// There were too many wrong ones.
-    #[error("too many wrong tokens came from this address; try again in a minute")]
     TooMany,
 }
 
 impl Turned {
+    fn said(self) -> Said {
+        match self {
+            Self::Host => refusals::other_host(),
+            Self::Origin => refusals::other_page(),
+            Self::Kind => refusals::other_kind(),
+            Self::NoToken => refusals::no_token(),
+            Self::WrongToken => refusals::wrong_token(),
+            Self::TooMany => refusals::too_many(),
+        }
+    }
+
     const fn status(self) -> StatusCode {
         match self {
             Self::Host => StatusCode::MISDIRECTED_REQUEST,
@@ -137,7 +145,7 @@ fn is_open(path: &str) -> bool {
 
 /// An answer to a request that was turned away, which tells the browser to forget its cookie if it is of no use.
 fn turned_away(turned: Turned, access: &Access, entry: Entry) -> Response {
-    let mut response = refused(turned.status(), &turned.to_string());
+    let mut response = refused(turned.status(), &turned.said());
     let headers = response.headers_mut();
     match entry {
         Entry::TooMany { again_after } => {

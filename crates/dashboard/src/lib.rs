@@ -16,10 +16,12 @@ mod guard;
 mod in_json;
 mod metrics;
 mod patch;
+mod refusals;
 mod server;
 mod shared;
 mod sheet;
 mod units;
 
 pub use access::{NotAToken, WebToken};
+pub use refusals::refusals;
 pub use server::{ServedPage, WebOptions, start};

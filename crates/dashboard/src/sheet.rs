@@ -10,7 +10,8 @@ use encoring_words::Model;
 use encoring_words::sheet::SECTIONS;
 use serde::{Deserialize, Serialize, Serializer};
 
-use crate::in_json::{given, refused};
+use crate::in_json::{given, refused, wrong_query};
+use crate::refusals;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -69,11 +70,11 @@ impl From<SheetSection> for ShownSection {
 pub(crate) async fn sheet(query: Result<Query<SheetQuery>, QueryRejection>) -> Response {
     let model = match query {
         Ok(Query(SheetQuery { model })) => model,
-        Err(wrong) => return refused(StatusCode::BAD_REQUEST, &wrong.body_text()),
+        Err(wrong) => return wrong_query(&wrong),
     };
     let model: Model = match model.parse() {
         Ok(model) => model,
-        Err(wrong) => return refused(StatusCode::NOT_FOUND, &format!("model {model}: {wrong}")),
+        Err(_) => return refused(StatusCode::NOT_FOUND, &refusals::unknown_model(&model)),
     };
     given(&ShownSheet {
         model: model.name(),

@@ -11,17 +11,13 @@ use crate::detector::Detector;
 use crate::episode::Conclusion;
 use crate::picture::Picture;
 use crate::sample::Sample;
+use crate::unread::Unreadable;
 
 /// How what `ssi decode --format csv` prints begins.
 const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
 
 /// Fewer rows show no motion.
 const ROWS_LEAST: u64 = 3;
-
-/// Why a recording cannot be read: file, line and what is wrong, for people.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct Unreadable(String);
 
 /// A recording that is being read.
 #[derive(Debug)]
@@ -36,14 +32,11 @@ enum Kind<R> {
     Table(Reader<R>),
 }
 
-fn unreadable<E: std::fmt::Display>(error: E) -> Unreadable {
-    Unreadable(format!("{error}"))
-}
-
 /// The columns of what `ssi decode --format csv` prints: its column `position` is one in steps, and none where a fault
 /// stands beside it.
 fn ssi() -> Result<TableLayout, Unreadable> {
-    let columns = Columns::from_str("time_ns=time_ns,value=position").map_err(unreadable)?;
+    let columns =
+        Columns::from_str("time_ns=time_ns,value=position").map_err(|error| Unreadable::new(&error))?;
     Ok(TableLayout { columns: Some(columns), faults: Some("fault".to_owned()), ..TableLayout::default() })
 }
 
@@ -53,14 +46,14 @@ impl<R: BufRead> RecordedSamples<R> {
     /// # Errors
     /// [`Unreadable`]
     pub fn open(name: &str, mut source: R, layout: Option<&TableLayout>) -> Result<Self, Unreadable> {
-        let begins = source.fill_buf().map_err(|error| Unreadable(format!("cannot read {name}: {error}")))?;
+        let begins = source.fill_buf().map_err(|error| Unreadable::not_read(name, &error))?;
         let (is_bus, is_ssi) =
             (begins.starts_with(MARK.as_bytes()), begins.starts_with(SSI_HEADER.as_bytes()));
         let rows = match layout {
-            _ if is_bus => Kind::Bus(BusReader::new(name, source).map_err(unreadable)?),
-            None if is_ssi => Kind::Table(Reader::with(name, source, &ssi()?).map_err(unreadable)?),
-            None => Kind::Table(Reader::new(name, source).map_err(unreadable)?),
-            Some(layout) => Kind::Table(Reader::with(name, source, layout).map_err(unreadable)?),
+            _ if is_bus => Kind::Bus(BusReader::new(name, source).map_err(Unreadable::from)?),
+            None if is_ssi => Kind::Table(Reader::with(name, source, &ssi()?).map_err(Unreadable::from)?),
+            None => Kind::Table(Reader::new(name, source).map_err(Unreadable::from)?),
+            Some(layout) => Kind::Table(Reader::with(name, source, layout).map_err(Unreadable::from)?),
         };
         Ok(Self { name: name.to_owned(), rows })
     }
@@ -102,7 +95,7 @@ impl<R: BufRead> RecordedSamples<R> {
     pub fn model(&self) -> Result<Option<Model>, Unreadable> {
         let mut models = Vec::new();
         for DeviceLine { line, model, .. } in self.devices() {
-            let wrong = |error| Unreadable(format!("{} line {line}: {model}: {error}", self.name));
+            let wrong = |error| Unreadable::at_line(&self.name, *line, &format!("{model}: {error}"));
             let model = Model::from_str(model).map_err(wrong)?;
             if !models.contains(&model) {
                 models.push(model);
@@ -118,10 +111,10 @@ impl<R: BufRead> Iterator for RecordedSamples<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let sample = match &mut self.rows {
-            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)).map_err(unreadable),
+            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)).map_err(Unreadable::from),
             Kind::Table(reader) => {
                 let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
-                let row = reader.next()?.map_err(unreadable);
+                let row = reader.next()?.map_err(Unreadable::from);
                 row.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
             }
         };

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::episode::{Conclusion, Episode};
 use crate::manual::{is_of_the_manual, step_changes};
-use crate::{apart, evidence, statements};
+use crate::{apart, evidence, statements, unread};
 
 /// Every sentence that a diagnosis can say.
 pub fn sentences() -> impl Iterator<Item = &'static SaidTemplate> {
@@ -36,6 +36,11 @@ pub struct SaidReport {
     limits: Vec<Said>,
     /// What the manual says of step changes, if one may be mechanical or electrical [R150..R153].
     remedies: Vec<Remedy>,
+}
+
+/// Every sentence that says why a recording cannot be read.
+pub fn unreadable_sentences() -> impl Iterator<Item = &'static SaidTemplate> {
+    unread::TEXTS.iter().chain(unread::RETOLD)
 }
 
 /// A cause of step changes with what helps.

@@ -91,19 +91,47 @@ pub struct Wrong {
     /// From the value outwards.
     way: Vec<Step>,
     problem: String,
+    outside: Option<Box<Outside>>,
+}
+
+/// A value outside its limits, as it is written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Outside {
+    /// Its key.
+    pub key: String,
+    /// The value.
+    pub value: String,
+    /// The lowest one.
+    pub low: String,
+    /// The highest one.
+    pub high: String,
 }
 
 impl Wrong {
     /// Of no value in particular.
     #[must_use]
     pub fn new(problem: impl Into<String>) -> Self {
-        Self { way: Vec::new(), problem: problem.into() }
+        Self { way: Vec::new(), problem: problem.into(), outside: None }
     }
 
     /// The value of this key.
     #[must_use]
     pub fn at(key: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::new(problem).inside(key)
+    }
+
+    /// The value of this key is none within its limits.
+    #[must_use]
+    pub fn outside(outside: Outside) -> Self {
+        let Outside { key, value, low, high } = &outside;
+        let told = Self::at(key, format!("{key} {value}; the limits are {low} and {high}"));
+        Self { outside: Some(Box::new(outside)), ..told }
+    }
+
+    /// The value and its limits, if that is what is wrong.
+    #[must_use]
+    pub fn beyond(&self) -> Option<&Outside> {
+        self.outside.as_deref()
     }
 
     /// The table that was looked at so far is the value of this key.

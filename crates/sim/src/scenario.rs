@@ -19,6 +19,7 @@ use crate::motion::Motion;
 use crate::ssi::{PlacedReader, SsiSettings};
 use tables::{FileTable, GatewayFaultTable, devices};
 
+mod limits;
 mod occurrence;
 mod reader;
 mod recorded;

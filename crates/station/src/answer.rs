@@ -1,5 +1,6 @@
 //! What is answered to a line, as a line of JSON.
 
+use encoring_texts::Said;
 use serde::Serialize;
 use serde_json::value::RawValue;
 
@@ -34,7 +35,9 @@ pub struct ToldBack {
 /// Reads one line, does what it asks and gives the answer, without its end. Waits for the ring for up to a cycle.
 #[must_use]
 pub fn answer(text: &str, controlled: &Controlled) -> String {
-    answer_within(text, controlled, Permission::Change).line
+    let encoders = Encoders::Simulated(&controlled.units);
+    let (id, result) = carried_out(text, encoders, Permission::Change, |command| command.obey(controlled));
+    answered(id, &result, encoders, None)
 }
 
 /// The same for somebody who may not do everything.
@@ -50,23 +53,41 @@ pub(crate) fn told_back(
     permission: Permission,
     obey: impl FnOnce(Command) -> Result<Given, Refused>,
 ) -> ToldBack {
-    let request = parse(text, encoders);
-    let result = request.command.and_then(|command| match (permission, command.changes()) {
-        (Permission::Look, true) => Err(Refused::OnlyLooks),
-        _ => obey(command),
-    });
+    let (id, result) = carried_out(text, encoders, permission, obey);
     let fate = match result {
         Ok(_) => LineFate::Done,
         Err(Refused::OnlyLooks) => LineFate::Forbidden,
         Err(_) => LineFate::Refused,
     };
-    ToldBack { line: answered(request.id, &result, encoders), fate }
+    let said = result.as_ref().err().map(Refused::said);
+    ToldBack { line: answered(id, &result, encoders, said.as_ref()), fate }
 }
 
-/// The answer to what was not even read, with the reason.
+fn carried_out<'a>(
+    text: &'a str,
+    encoders: Encoders<'_>,
+    permission: Permission,
+    obey: impl FnOnce(Command) -> Result<Given, Refused>,
+) -> (Option<&'a RawValue>, Result<Given, Refused>) {
+    let request = parse(text, encoders);
+    let result = request.command.and_then(|command| match (permission, command.changes()) {
+        (Permission::Look, true) => Err(Refused::OnlyLooks),
+        _ => obey(command),
+    });
+    (request.id, result)
+}
+
+/// The answer to what was not even read, with the reason, to a line of the control port.
 #[must_use]
 pub fn refusal(why: &str) -> String {
-    in_json(false, None, Content::Refused { error: shortened(why, MESSAGE_CHARS_MAX) })
+    in_json(false, None, Content::Refused { error: shortened(why, MESSAGE_CHARS_MAX) }, None)
+}
+
+/// The same to a page, which has the sentence in its own language.
+#[must_use]
+pub fn refusal_said(said: &Said) -> String {
+    let error = shortened(said.text(), MESSAGE_CHARS_MAX);
+    in_json(false, None, Content::Refused { error }, Some(said))
 }
 
 #[derive(Serialize)]
@@ -76,6 +97,9 @@ struct Answer<'a> {
     id: Option<&'a RawValue>,
     #[serde(flatten)]
     content: Content<'a>,
+    /// Why it was refused, for whoever says it in another language.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    said: Option<&'a Said>,
 }
 
 #[derive(Serialize)]
@@ -105,7 +129,12 @@ struct Help {
     examples: Vec<&'static RawValue>,
 }
 
-fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>, encoders: Encoders<'_>) -> String {
+fn answered(
+    id: Option<&RawValue>,
+    result: &Result<Given, Refused>,
+    encoders: Encoders<'_>,
+    said: Option<&Said>,
+) -> String {
     let content = match result {
         Ok(Given::Done) => Content::Done {},
         Ok(Given::Reply { reply, error_before }) => Content::Reply {
@@ -131,11 +160,11 @@ fn answered(id: Option<&RawValue>, result: &Result<Given, Refused>, encoders: En
         },
         Err(refused) => Content::Refused { error: shortened(&refused.to_string(), MESSAGE_CHARS_MAX) },
     };
-    in_json(result.is_ok(), id, content)
+    in_json(result.is_ok(), id, content, said)
 }
 
-fn in_json(ok: bool, id: Option<&RawValue>, content: Content<'_>) -> String {
-    let answer = Answer { ok, id, content };
+fn in_json(ok: bool, id: Option<&RawValue>, content: Content<'_>, said: Option<&Said>) -> String {
+    let answer = Answer { ok, id, content, said };
     // Plain data with names for keys has no reason to fail.
     serde_json::to_string(&answer).unwrap_or_else(|_| r#"{"ok":false,"error":"no answer"}"#.to_owned())
 }

@@ -16,10 +16,12 @@ use object::Envelope;
 
 pub use encoders::Encoders;
 pub use refused::Refused;
+pub use said::refusals;
 
 mod encoders;
 mod object;
 mod refused;
+mod said;
 
 /// The longest `id` that is echoed, in bytes as it was written.
 pub const ID_BYTES_MAX: usize = 64;

@@ -19,9 +19,11 @@
 //! ```
 
 mod number;
+mod own;
 mod said;
 
 pub use number::{Decimal, Hex};
+pub use own::{OWN, own};
 pub use said::{Said, SaidTemplate, SaidValue};
 
 /// Makes functions of sentences, each of which gives a [`Said`], and `TEXTS`, a list of [`SaidTemplate`] with all of them.
@@ -42,6 +44,25 @@ macro_rules! texts {
             let text = format!($english);
             let code = concat!($group, ".", stringify!($name));
             $crate::Said::new(code, text, vec![$((stringify!($value), $value.into())),*])
+        })+
+    };
+}
+
+/// The same for what another library says in its own words: each function takes that text first.
+#[macro_export]
+macro_rules! retold {
+    ($group:literal; $($(#[$about:meta])* fn $name:ident($($value:ident: $type:ty),* $(,)?);)+) => {
+        /// All sentences of this group.
+        pub(crate) const RETOLD: &[$crate::SaidTemplate] = &[$($crate::SaidTemplate {
+            code: concat!($group, ".", stringify!($name)),
+            english: "",
+            values: &[$(stringify!($value)),*],
+        }),+];
+
+        $($(#[$about])*
+        pub(crate) fn $name(text: &(impl ToString + ?Sized), $($value: $type),*) -> $crate::Said {
+            let code = concat!($group, ".", stringify!($name));
+            $crate::Said::retold(code, text.to_string(), vec![$((stringify!($value), $value.into())),*])
         })+
     };
 }

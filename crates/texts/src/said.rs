@@ -10,10 +10,20 @@ use crate::number::{Decimal, Hex};
 /// A sentence: in English for people, and as its code with named values for whoever says it in another language.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Said {
-    /// `None`: the text is its own.
-    code: Option<&'static str>,
+    origin: Origin,
     text: String,
     values: Vec<(&'static str, SaidValue)>,
+}
+
+/// Where its English text comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// From the template of this code.
+    Template(&'static str),
+    /// From a library that knows no codes; this is the code of what it says.
+    Retold(&'static str),
+    /// The text is its own code.
+    Itself,
 }
 
 /// A sentence without its values.
@@ -21,7 +31,7 @@ pub struct Said {
 pub struct SaidTemplate {
     /// Its code.
     pub code: &'static str,
-    /// The English sentence, with the names of its values in braces.
+    /// The English sentence, with the names of its values in braces; empty where another library has it.
     pub english: &'static str,
     /// The names of its values.
     pub values: &'static [&'static str],
@@ -31,19 +41,28 @@ impl Said {
     /// A sentence with these values. The macro [`crate::texts`] calls this.
     #[must_use]
     pub const fn new(code: &'static str, text: String, values: Vec<(&'static str, SaidValue)>) -> Self {
-        Self { code: Some(code), text, values }
+        Self { origin: Origin::Template(code), text, values }
+    }
+
+    /// What another library says, in its words, as the code of it. The macro [`crate::retold`] calls this.
+    #[must_use]
+    pub const fn retold(code: &'static str, text: String, values: Vec<(&'static str, SaidValue)>) -> Self {
+        Self { origin: Origin::Retold(code), text, values }
     }
 
     /// A statement without values, which is its own code: what a manual says of one thing and nothing else.
     #[must_use]
     pub const fn stated(text: String) -> Self {
-        Self { code: None, text, values: Vec::new() }
+        Self { origin: Origin::Itself, text, values: Vec::new() }
     }
 
     /// Its code.
     #[must_use]
     pub fn code(&self) -> &str {
-        self.code.unwrap_or(&self.text)
+        match self.origin {
+            Origin::Template(code) | Origin::Retold(code) => code,
+            Origin::Itself => &self.text,
+        }
     }
 
     /// Its values, by their names.
@@ -74,12 +93,16 @@ impl Serialize for Values<'_> {
     }
 }
 
-/// Its code and values; the English sentence is not among them.
+/// Its code and values; the English sentence is beside them only where another library has it.
 impl Serialize for Said {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut said = serializer.serialize_struct("Said", 2)?;
+        let is_retold = matches!(self.origin, Origin::Retold(_));
+        let mut said = serializer.serialize_struct("Said", if is_retold { 3 } else { 2 })?;
         said.serialize_field("code", self.code())?;
         said.serialize_field("values", &Values(&self.values))?;
+        if is_retold {
+            said.serialize_field("text", &self.text)?;
+        }
         said.end()
     }
 }

@@ -19,7 +19,7 @@ async function get(path) {
 /** What the server says; a refusal is an error with its status. */
 async function told(answer) {
   const value = await answer.json();
-  if (!answer.ok) throw Object.assign(new Error(value.error ?? answer.statusText), { status: answer.status });
+  if (!answer.ok) throw Object.assign(new Error(value.error ?? answer.statusText), { status: answer.status, said: value.said });
   return value;
 }
 
@@ -34,7 +34,7 @@ export function diagnose(file, model, sent) {
     request.addEventListener("load", () => {
       const { status, response } = request;
       if (status === 200 && response != null) found(response);
-      else failed(Object.assign(new Error(response?.error ?? request.statusText), { status }));
+      else failed(Object.assign(new Error(response?.error ?? request.statusText), { status, said: response?.said }));
     });
     for (const [event, status] of [["error", 0], ["abort", null]]) request.addEventListener(event, () => failed(Object.assign(new Error(event), { status })));
   });

@@ -2,7 +2,7 @@
 
 import { diagnose } from "./api.js";
 import { attribute, h, put, save } from "./dom.js";
-import { more, number, said, span, t } from "./texts.js";
+import { more, number, said, span, t, why } from "./texts.js";
 
 const BYTES_MAX = 100_000_000;
 
@@ -10,10 +10,9 @@ const BYTES_MAX = 100_000_000;
 let last = null;
 
 /** Why a recording was not read: the server's reason, nobody's connection, or that it was no longer wanted. */
-function why_not({ status, message }) {
-  if (status === 503) return t("diagnosis.busy");
-  if (status === 0) return t("diagnosis.lost");
-  return status === null ? t("diagnosis.cancelled") : t("refused", { why: message });
+async function why_not(error) {
+  if (error.status === 0) return t("diagnosis.lost");
+  return error.status === null ? t("diagnosis.cancelled") : t("refused", { why: await why(error) });
 }
 
 function place(event) {
@@ -39,7 +38,7 @@ function sentences(title, list) {
 function remedies_of(remedies) {
   if (remedies.length === 0) return null;
   const head = ["cause", "remedy"].map((name) => h("th", { scope: "col" }, t(`sheet.column.${name}`)));
-  const rows = remedies.map(({ cause, remedy }) => h("tr", {}, h("td", {}, said(cause)), h("td", {}, said(remedy))));
+  const rows = remedies.map(({ cause, remedy }) => h("tr", {}, h("td", { "data-column": t("sheet.column.cause") }, said(cause)), h("td", { "data-column": t("sheet.column.remedy") }, said(remedy))));
   return h("section", { class: "card", id: "remedies" }, h("p", { class: "small" }, t("diagnosis.manual")),
     h("div", { class: "scroll", tabindex: 0 }, h("table", { class: "small sheet" }, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows))));
 }
@@ -93,7 +92,7 @@ export function create(context) {
       await draw();
       put(status, "");
     } catch (error) {
-      put(status, why_not(error));
+      put(status, await why_not(error));
       attribute(status, "class", error.status === null ? "soft" : "bad");
     }
     running = null;

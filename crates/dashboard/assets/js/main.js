@@ -2,7 +2,7 @@
 
 import * as api from "./api.js";
 import { attribute, h, put } from "./dom.js";
-import { LANGUAGES, number, span, speak, t, usual } from "./texts.js";
+import { LANGUAGES, number, span, speak, t, usual, why } from "./texts.js";
 import { hex, searches } from "./words.js";
 import { ask } from "./ask.js";
 import * as clock from "./clock.js";
@@ -57,7 +57,7 @@ async function carry_out(verb) {
   try {
     return await api.command(verb);
   } catch (error) {
-    say(t("refused", { why: error.message }));
+    say(t("refused", { why: await why(error) }));
     return null;
   }
 }

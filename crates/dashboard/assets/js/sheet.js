@@ -7,7 +7,7 @@ import { more, said, t } from "./texts.js";
 /** What stands in a cell: a sentence, a number, a text of every language, what is not stated, or nothing. */
 function shown(cell) {
   if (cell === false) return h("span", { class: "soft" }, t("sheet.not_stated"));
-  if (cell === null) return "";
+  if (cell === null || cell === "") return null;
   if (typeof cell === "number") return cell.toLocaleString(document.documentElement.lang);
   if (typeof cell === "string") return h("span", { class: "mono" }, cell.replaceAll("..", "..\u200b"));
   return said(cell);
@@ -17,8 +17,9 @@ function table({ columns, rows }) {
   const head = columns.map((name) => h("th", { scope: "col" }, t(`sheet.column.${name}`)));
   // What stands at the left of several rows stands there once.
   const first = (at) => JSON.stringify(rows[at]?.[0]);
-  const left = (cell, at) => (at > 0 && first(at) === first(at - 1) ? "" : shown(cell));
-  const body = rows.map(([cell, ...cells], at) => h("tr", {}, h("td", {}, left(cell, at)), cells.map((other) => h("td", {}, shown(other)))));
+  const left = (content, at) => (at > 0 && first(at) === first(at - 1) ? null : shown(content));
+  const cell = (content, name) => h("td", { "data-column": t(`sheet.column.${name}`) }, content);
+  const body = rows.map(([leftmost, ...others], at) => h("tr", {}, cell(left(leftmost, at), columns[0]), others.map((other, place) => cell(shown(other), columns[place + 1]))));
   return h("div", { class: "scroll", tabindex: 0 }, h("table", { class: "small sheet" }, h("thead", {}, h("tr", {}, head)), h("tbody", {}, body)));
 }
 

@@ -46,8 +46,15 @@ function filled(text, values) {
 }
 
 /** A sentence of the server: its code and its values. What a manual states is its own code, in English. */
-export function said({ code, values = {} }) {
-  return filled(sentences[code] ?? code, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, worded(name, value)])));
+export function said({ code, values = {}, text }) {
+  return filled(sentences[code] ?? text ?? code, Object.fromEntries(Object.entries(values).map(([name, value]) => [name, worded(name, value)])));
+}
+
+/** Why something was refused. */
+export async function why(error) {
+  if (!error.said) return error.message;
+  await more("refusals");
+  return said(error.said);
 }
 
 function worded(name, value) {

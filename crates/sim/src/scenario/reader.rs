@@ -7,6 +7,7 @@ use encoring_words::parameter::Code;
 use encoring_words::{Duration, Model};
 use serde::{Deserialize, Deserializer};
 
+use super::limits::within;
 use super::{Change, SECONDS_MAX};
 use crate::fault::{Fault, SsiTrouble, identification};
 use crate::ssi::{SsiCard, SsiSettings};
@@ -112,12 +113,7 @@ impl SsiTable {
     /// The settings, for an encoder of this model.
     pub(super) fn read(&self, model: Model) -> Result<SsiSettings, Wrong> {
         has_ssi("ssi", model)?;
-        let limits = |key: &'static str, value: f64, high: f64| {
-            let inside = (0.0..=high).contains(&value);
-            inside
-                .then_some(value)
-                .ok_or_else(|| Wrong::at(key, format!("{key} {value}; the limits are 0 and {high}")))
-        };
+        let limits = |key, value, high| within(key, value, 0.0, high);
         let hz = (limits("khz", self.khz, 1e6)? * 1e3).round() as u32;
         let every = Duration((limits("every_ms", self.every_ms, SECONDS_MAX * 1e3)? * 1e6).round() as u64);
         let taken_at = match self.taken_at {

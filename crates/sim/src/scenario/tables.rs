@@ -16,6 +16,7 @@ use encoring_words::{Duration, Instant, Model, Week};
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
+use super::limits::within;
 use super::reader::{IdentText, SsiChange, SsiFaultText, SsiTable};
 use super::{
     Change, Chip, Device, Event, Happening, MotionFiles, NO_LEVEL, NewMotion, Occurrence, PER_S_MAX,
@@ -519,11 +520,6 @@ impl EepromTable {
             Self::None {} => Change::MemoryRepair,
         })
     }
-}
-
-/// A value of this key.
-fn within<T: Copy + PartialOrd + Display>(key: &str, value: T, low: T, high: T) -> Result<T, Wrong> {
-    limits(key, value, low, high).map_err(|problem| Wrong::at(key, problem))
 }
 
 fn limits<T: Copy + PartialOrd + Display>(name: &str, value: T, low: T, high: T) -> Result<T, String> {

@@ -124,5 +124,8 @@ fn a_position_that_is_not_looked_at_is_refused_with_those_that_are() {
     let (line, _) = looked_at(|ring| {
         ring.told(r#"{"verb":"out","position":7,"word":"4200270F"}"#, Permission::Change).line
     });
-    assert_eq!(line, r#"{"ok":false,"error":"position 7; the encoders are at 0, 1, 2"}"#);
+    assert_eq!(
+        line,
+        r#"{"ok":false,"error":"position 7; the encoders are at 0, 1, 2","said":{"code":"refused.position","values":{"position":7,"known":"0, 1, 2"}}}"#
+    );
 }

@@ -16,7 +16,10 @@ use serde::de::{IgnoredAny, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
-use super::{Command, Encoders, Refused};
+use super::{Command, Encoders, Refused, shortened};
+
+/// What is quoted of a text that somebody wrote.
+const WRITTEN_CHARS_MAX: usize = 40;
 
 /// What every line has. The rest is read once the verb is known.
 #[derive(Deserialize)]
@@ -171,8 +174,10 @@ pub(super) fn acknowledge(text: &str, encoders: Encoders<'_>) -> Result<Command,
 pub(super) fn out(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused> {
     let OutLine { position, word: written, .. } = read(text)?;
     let (position, _) = encoders.placed(position)?;
-    let reading =
-        word([written.as_str()], Bare::Hexadecimal).map_err(|problem| Refused::Word(problem.to_string()))?;
+    let reading = word([written.as_str()], Bare::Hexadecimal).map_err(|problem| Refused::Word {
+        written: shortened(&written, WRITTEN_CHARS_MAX),
+        problem: problem.to_string(),
+    })?;
     Ok(Command::Out { position, word: OutWord(reading.bits) })
 }
 
@@ -206,7 +211,7 @@ pub(super) fn set(text: &str, encoders: Encoders<'_>) -> Result<Command, Refused
     }
     let changes = table
         .read(unit, &mut MotionFiles::beside(Path::new("")))
-        .map_err(|wrong| Refused::Set { position, model: unit.model(), problem: wrong.to_string() })?;
+        .map_err(|problem| Refused::Set { position, model: unit.model(), problem })?;
     Ok(Command::Set { position, changes })
 }
 
