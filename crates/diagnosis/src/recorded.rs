@@ -11,7 +11,11 @@ use crate::detector::Detector;
 use crate::episode::Conclusion;
 use crate::picture::Picture;
 use crate::sample::Sample;
+<<<<<<< HEAD
 use crate::unread::Unreadable;
+=======
+use crate::statements;
+>>>>>>> 7f2afce (A file that ends within a line is judged up to it, and the half line is named with line and column)
 
 /// How what `ssi decode --format csv` prints begins.
 const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
@@ -24,6 +28,8 @@ const ROWS_LEAST: u64 = 3;
 pub struct RecordedSamples<R> {
     name: String,
     rows: Kind<R>,
+    /// What is wrong with the last line, if the file ends within it.
+    half_line: Option<String>,
 }
 
 #[derive(Debug)]
@@ -55,7 +61,7 @@ impl<R: BufRead> RecordedSamples<R> {
             None => Kind::Table(Reader::new(name, source).map_err(Unreadable::from)?),
             Some(layout) => Kind::Table(Reader::with(name, source, layout).map_err(Unreadable::from)?),
         };
-        Ok(Self { name: name.to_owned(), rows })
+        Ok(Self { name: name.to_owned(), rows, half_line: None })
     }
 
     /// The table, for what its reader says of it; `None` for a recording of a bus, which says itself what it is.
@@ -105,20 +111,33 @@ impl<R: BufRead> RecordedSamples<R> {
     }
 }
 
-/// The rows as samples; `None` for a row that holds no position.
+/// The rows as samples; `None` for a row that holds no position. A half line at the end is the end.
 impl<R: BufRead> Iterator for RecordedSamples<R> {
     type Item = Result<Option<Sample>, Unreadable>;
 
     fn next(&mut self) -> Option<Self::Item> {
         let sample = match &mut self.rows {
+<<<<<<< HEAD
             Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)).map_err(Unreadable::from),
             Kind::Table(reader) => {
                 let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
                 let row = reader.next()?.map_err(Unreadable::from);
                 row.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
+=======
+            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)),
+            Kind::Table(reader) => {
+                let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
+                reader.next()?.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
+>>>>>>> 7f2afce (A file that ends within a line is judged up to it, and the half line is named with line and column)
             }
         };
-        Some(sample)
+        match sample {
+            Err(error) if error.is_half => {
+                self.half_line = Some(error.to_string());
+                None
+            }
+            sample => Some(sample.map_err(unreadable)),
+        }
     }
 }
 
@@ -165,7 +184,9 @@ impl Diagnosed {
                 break;
             }
         }
-        let conclusion = made.map(Detector::finish).unwrap_or_default();
+        let mut conclusion = made.map(Detector::finish).unwrap_or_default();
+        let half_line = recorded.half_line.take().map(|line| statements::half_line(&line));
+        conclusion.limits.splice(0..0, half_line);
         Ok(Self { name: recorded.name.clone(), rows, conclusion, picture })
     }
 

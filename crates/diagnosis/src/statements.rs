@@ -6,6 +6,7 @@ use encoring_words::Duration;
 texts! {
     "judged";
 
+    fn half_line(line: &str) = "a half line at the end is left out: {line}";
     fn rows(position: u8, rows: u64, positions: u64, period_ns: Duration) =
         "position {position}: {rows} rows, {positions} of them positions, {period_ns} apart";
     fn given(position: u8, positions: i64) = "position {position}: {positions} positions, as given";

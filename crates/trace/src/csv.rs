@@ -44,7 +44,15 @@ impl<R: Read> Reader<R> {
         let file = file_name.into();
         let source = match Text::new(source) {
             Ok(source) => source,
-            Err(error) => return Err(Error { file, line: 1, column: None, problem: Problem::Read(error) }),
+            Err(error) => {
+                return Err(Error {
+                    file,
+                    line: 1,
+                    column: None,
+                    problem: Problem::Read(error),
+                    is_half: false,
+                });
+            }
         };
         let mut lines = Lines::new(file, source);
         let mut recording: Option<Recording> = None;

@@ -16,6 +16,8 @@ pub struct Error {
     pub column: Option<String>,
     /// What is wrong there.
     pub problem: Problem,
+    /// The file ends within this line, which is only a part of one: the lines before it are whole.
+    pub is_half: bool,
 }
 
 /// What is wrong with a line.

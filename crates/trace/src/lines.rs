@@ -99,7 +99,10 @@ impl<R: Read> Lines<R> {
 
     /// An error of another line, if one is given.
     pub(crate) fn error_at(&self, line: Option<u64>, column: Option<String>, problem: Problem) -> Error {
-        Error { file: self.file.clone(), line: line.unwrap_or(self.number), column, problem }
+        // A line that is too long or cannot be read has no end either.
+        let is_cut = !self.ended && !matches!(problem, Problem::TooLong { .. } | Problem::Read(_));
+        let is_half = line.is_none() && !self.line.is_empty() && is_cut;
+        Error { file: self.file.clone(), line: line.unwrap_or(self.number), column, problem, is_half }
     }
 }
 

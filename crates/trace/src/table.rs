@@ -185,7 +185,8 @@ impl<R: Read> Table<R> {
     }
 
     fn error(&self, line: u64, index: Option<usize>, problem: Problem) -> Error {
-        Error { file: self.file.clone(), line, column: index.map(|index| self.head.label(index)), problem }
+        let column = index.map(|index| self.head.label(index));
+        Error { file: self.file.clone(), line, column, problem, is_half: self.reader.get_ref().is_cut() }
     }
 
     fn cells(&mut self, row: &mut Row) -> Result<(), Misfit> {

@@ -15,6 +15,16 @@ fn turning(at: u32, change: impl Fn(u32) -> u32) -> String {
     log((0..200).map(|k| if k == at { change(1_000 + 10 * k) } else { 1_000 + 10 * k }))
 }
 
+/// The same as a log has it: a decimal value stands last.
+fn of_a_log(at: u32) -> String {
+    let row = |k: u32| {
+        let word = (100_000 + 10 * k) ^ if k == at { 1 << 20 } else { 0 };
+        format!("{},0,0x{word:08X},ok,{word}\n", 1_000 * k)
+    };
+    let rows = (0..200).map(row).collect::<String>();
+    format!("# encoring-log 2 started 2026-11-28T03:07:19Z\ntime_us,position,in,verdict,value\n{rows}")
+}
+
 fn diagnosed(arguments: &[&str], log: &str) -> (Option<i32>, Value) {
     let all = [&["diagnose", "-", "--format", "json"][..], arguments].concat();
     let Run { code, out, err } = encoring(&all, log.as_bytes());
@@ -327,4 +337,47 @@ fn what_cannot_be_read_is_refused_with_line_and_column() {
     refused(&["diagnose", "-"], b"time_us,in\n2000,00000064\n1000,00000065\n", begins);
     let Run { code, out, .. } = encoring(&["diagnose", "-"], b"time_us,in\n");
     assert_eq!((code, out.starts_with("nothing could be judged")), (Some(3), true), "{out}");
+}
+
+#[test]
+fn a_half_line_at_the_end_is_named_and_the_whole_lines_are_judged() {
+    for whole in [turning(50, |word| word ^ 1 << 20), of_a_log(50)] {
+        let (last, _) = whole.trim_end().rsplit_once('\n').unwrap();
+        let number = last.lines().count() + 1;
+        let cells = last.lines().last().unwrap().split(',').count();
+        for (half, wrong) in [
+            ("101", format!("line {number}: 1 cell, the header has {cells}; the file ends within this line")),
+            ("10x", format!("line {number}: 1 cell, the header has {cells}; the file ends within this line")),
+        ] {
+            let (code, report) = diagnosed(&[], &format!("{last}\n{half}"));
+            assert_eq!((code, report["events"].as_array().unwrap().len()), (Some(1), 1), "{report}");
+            assert_eq!(report["events"][0]["cause"], "single_bit", "{report}");
+            let limit = report["limits"][0].as_str().unwrap();
+            assert!(
+                limit.starts_with("a half line at the end is left out: ") && limit.contains(&wrong),
+                "{limit}"
+            );
+        }
+        // Nothing shows whether a line that has all its cells is whole: a row more, and never a jump.
+        let whole = whole.trim_end();
+        for cut in 1..6 {
+            let (code, report) = diagnosed(&[], &whole[..whole.len() - cut]);
+            assert_eq!((code, report["events"].as_array().unwrap().len()), (Some(1), 1), "{report}");
+        }
+    }
+}
+
+#[test]
+fn a_half_line_that_is_not_the_last_is_refused() {
+    let begins = "error: standard input line 3: 1 cell, the header has 2; a remark must begin with #";
+    refused(&["diagnose", "-"], b"time_us,in\n2000,00000064\n3000\n4000,00000065\n", begins);
+}
+
+#[test]
+fn what_is_wrong_in_a_half_line_is_named_with_its_column() {
+    let rows = (0..40).map(|k| format!("{};{:08X}\n", k * 10, 1_000 + k * 30)).collect::<String>();
+    let (code, report) = diagnosed(&[], &format!("t [ms];in\n{rows}400;0000"));
+    let limit = report["limits"][0].as_str().unwrap();
+    assert_eq!(code, Some(0), "{report}");
+    assert!(limit.contains("line 42, column \"in\": 0000"), "{limit}");
 }
