@@ -11,11 +11,8 @@ use crate::detector::Detector;
 use crate::episode::Conclusion;
 use crate::picture::Picture;
 use crate::sample::Sample;
-<<<<<<< HEAD
-use crate::unread::Unreadable;
-=======
 use crate::statements;
->>>>>>> 7f2afce (A file that ends within a line is judged up to it, and the half line is named with line and column)
+use crate::unread::Unreadable;
 
 /// How what `ssi decode --format csv` prints begins.
 const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
@@ -117,18 +114,10 @@ impl<R: BufRead> Iterator for RecordedSamples<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let sample = match &mut self.rows {
-<<<<<<< HEAD
-            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)).map_err(Unreadable::from),
-            Kind::Table(reader) => {
-                let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
-                let row = reader.next()?.map_err(Unreadable::from);
-                row.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
-=======
             Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)),
             Kind::Table(reader) => {
                 let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
                 reader.next()?.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
->>>>>>> 7f2afce (A file that ends within a line is judged up to it, and the half line is named with line and column)
             }
         };
         match sample {
@@ -136,7 +125,7 @@ impl<R: BufRead> Iterator for RecordedSamples<R> {
                 self.half_line = Some(error.to_string());
                 None
             }
-            sample => Some(sample.map_err(unreadable)),
+            sample => Some(sample.map_err(Unreadable::from)),
         }
     }
 }

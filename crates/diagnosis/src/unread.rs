@@ -65,7 +65,7 @@ impl Unreadable {
 
 impl From<Error> for Unreadable {
     fn from(error: Error) -> Self {
-        let Error { file, line, column, problem } = error;
+        let Error { file, line, column, problem, .. } = error;
         let problem = said(&problem);
         Self(match column {
             Some(column) => sentences::in_column(&file, line, &column, problem),
