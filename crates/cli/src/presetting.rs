@@ -91,7 +91,7 @@ impl Presetting<'_> {
     pub(crate) fn adjust(self, opened: &mut Opened, target: Target) -> Result<PresetView, Undone> {
         let mut prepared = self.prepare(opened, target)?;
         // Consent to the preset is none to a data check.
-        if let Err(pending @ Failed::ErrorPending { .. }) = &prepared
+        if let Err(pending @ (Failed::ErrorPending { .. } | Failed::NotActive { .. })) = &prepared
             && self.dialog.can_ask()
         {
             self.dialog.confirmed(&format!(
@@ -135,9 +135,12 @@ impl Presetting<'_> {
     /// What hinders a preset adjustment is a finding; that nobody answers is none.
     fn prepare(self, opened: &mut Opened, target: Target) -> Result<Result<Preset, Failed>, Failure> {
         opened.serve(target, |master| match Preset::prepare(master, target.model, self.value) {
-            Err(failed @ (Failed::ErrorPending { .. } | Failed::Refused(_) | Failed::Unreadable { .. })) => {
-                Ok(Err(failed))
-            }
+            Err(
+                failed @ (Failed::ErrorPending { .. }
+                | Failed::NotActive { .. }
+                | Failed::Refused(_)
+                | Failed::Unreadable { .. }),
+            ) => Ok(Err(failed)),
             prepared => prepared.map(Ok),
         })
     }
@@ -149,6 +152,7 @@ impl Presetting<'_> {
             Failed::ErrorPending { shown } if !target.model.position_may_be_gray() => {
                 position(*shown, Code::Binary)
             }
+            Failed::NotActive { position, .. } => Some(*position),
             _ => None,
         };
         PresetView {
@@ -157,8 +161,8 @@ impl Presetting<'_> {
             before: shown,
             after: shown,
             done: false,
-            // Whatever it is, the encoder has an error pending because of it or before it.
-            error_bit: true,
+            // What else it is, the encoder has an error pending because of it or before it.
+            error_bit: !matches!(failed, Failed::NotActive { .. }),
             answer: failure.answer(),
             failure: Some(failure),
             text: vec!["not done: the zero is as it was".to_owned()],

@@ -8,7 +8,9 @@ use std::time::SystemTime;
 use clap::Args;
 use encoring_bus::master::MasterError;
 use encoring_host::program::{Prepared, Program, Stopped};
+use encoring_words::Model;
 use encoring_words::explain::Meaning;
+use encoring_words::model::Effect;
 use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
 use crate::arguments::bus::{Encoder, Target};
@@ -60,6 +62,12 @@ impl How {
         let told = self.work(command, &mut opened, target, &wanted, &dialog);
         let told = told.map(|view| view.warned(&wanted.warnings)).map_err(Failure::from);
         opened.report(self.output, told, ProgramView::answer)
+    }
+
+    /// The same for values that a zero is made with afterwards: they must count, else the zero is lost when they begin to,
+    /// at the next power-up.
+    pub(crate) fn before_zero(&self, model: Model) -> Self {
+        Self { check: self.check || model.effect() == Effect::AtDataCheck, ..self.clone() }
     }
 
     /// Opens the ring, and says which encoder is meant.

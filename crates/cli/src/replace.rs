@@ -158,12 +158,15 @@ impl Replacing<'_> {
     /// Programs the values; `true` if the new unit holds them.
     fn program(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
         let how = &self.arguments.how;
+        let zero = self.arguments.set_at.is_some()
+            || self.arguments.compare_at.is_none() && !self.dialog.is_silent();
+        let how = if zero { &how.before_zero(self.target.model) } else { how };
         let values = self.source.kept.values.iter().map(|(parameter, value)| (*parameter, (*value).into()));
         let wanted = Wanted { values: values.collect(), warnings: self.warnings() };
         let program = match how.work("replace", opened, self.target, &wanted, self.dialog) {
             Ok(program) => program,
             Err(Undone::Declined) => {
-                view.left("the values were not programmed: the answer was no");
+                view.left("the values were not programmed or checked: the answer was no");
                 return Ok(false);
             }
             Err(undone) => return Err(undone.into()),

@@ -130,6 +130,7 @@ impl<'a> Restoring<'a> {
         let carried = arguments.carried(name, kept, target)?;
         let values = carried.values.into_iter().map(|(parameter, value)| (parameter, value.into())).collect();
         let wanted = Wanted { values, warnings: warnings(name, target, &carried.lost) };
+        let how = if dialog.is_silent() { how } else { &how.before_zero(target.model) };
         let program = how.work("restore", opened, target, &wanted, dialog)?;
         let guided = !how.dry_run && program.is_in_order() && !dialog.is_silent();
         if guided {

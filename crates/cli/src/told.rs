@@ -337,6 +337,16 @@ impl FailureView {
                 ];
                 Self::told("error_pending", Ends::Refused, text)
             }
+            ServiceFailure::NotActive { position, largest } => {
+                let text = vec![
+                    format!(
+                        "the position is {position}, above the measuring length {largest}: it is not computed with the \
+                         programmed values yet, so no preset adjustment was sent: its zero would be lost"
+                    ),
+                    "`encoring check` comes first: it makes the values count; the position jumps".to_owned(),
+                ];
+                Self::told("not_active", Ends::Refused, text)
+            }
             ServiceFailure::Unreadable { parameter } => {
                 let text = format!(
                     "{} reads as 0 while an error is pending, and so does a record that cannot be read; run \

@@ -65,8 +65,18 @@ impl Sim {
 
     /// Turns the shaft, or moves the magnet.
     fn stand(&self, raw: u64) {
+        self.tell(&format!("{{\"verb\":\"set\",\"position\":0,\"set\":{{\"raw\":{raw}}}}}\n"));
+    }
+
+    /// Writes a parameter as a PLC does that runs no data check.
+    fn write(&self, service: u32, value: u32) {
+        self.tell(&format!(
+            "{{\"verb\":\"service\",\"position\":0,\"service\":{service},\"value\":{value}}}\n"
+        ));
+    }
+
+    fn tell(&self, line: &str) {
         let mut control = TcpStream::connect(&self.control).unwrap();
-        let line = format!("{{\"verb\":\"set\",\"position\":0,\"set\":{{\"raw\":{raw}}}}}\n");
         control.write_all(line.as_bytes()).unwrap();
         let mut answer = String::new();
         BufReader::new(control).read_line(&mut answer).unwrap();
@@ -354,4 +364,45 @@ fn an_encoder_of_each_model_is_replaced_over_modbus() {
             );
         }
     }
+}
+
+/// An encoder that holds what the file `axis.toml` does and has not checked it: 5000 is no position from 0 to 999.
+fn not_checked() -> (Sim, User) {
+    let folder = tempfile::tempdir().unwrap();
+    let sim = Sim::start(folder.path(), "ce-65-m", "off");
+    let file = "version = 1\nmodel = \"ce-65-m\"\n[[mark]]\nname = \"A\"\nshown = 100\n[parameters]\n\
+                measuring_length = 999\nnumerator = 10\ndenominator = 1\n";
+    fs::write(folder.path().join("axis.toml"), file).unwrap();
+    sim.write(0x02, 999);
+    sim.write(0x03, 10);
+    let user = User { bus: format!("modbus-tcp://{}?settle_ms=5&timeout_ms=2000", sim.address), folder };
+    (sim, user)
+}
+
+// [R79, R80]
+#[test]
+fn a_zero_is_made_only_on_values_that_count() {
+    let (sim, user) = not_checked();
+    let refused = user.run("preset 100 --model ce-65-m --yes", 1);
+    assert!(refused.contains("the position is 5000, above the measuring length 999"), "{refused}");
+    let replaced = user.run("replace --from axis.toml --yes --no-backup --set-at A", 0);
+    assert!(
+        replaced.contains("done and verified: checked, read back; nothing had to be written"),
+        "{replaced}"
+    );
+    assert!(replaced.contains("position now:    100"), "{replaced}");
+    // The next data check leaves the zero where it is.
+    let checked = user.run("check --model ce-65-m --yes", 0);
+    assert!(checked.contains("position now:    100"), "{checked}");
+    drop(sim);
+}
+
+#[test]
+fn no_mark_is_noted_where_the_position_shows_that_the_values_do_not_count() {
+    let (_sim, user) = not_checked();
+    let refused = user.run("backup b.toml --model ce-65-m --mark A", 1);
+    assert!(refused.contains("the position 5000 is above the measuring length 999"), "{refused}");
+    assert!(!user.folder.path().join("b.toml").exists());
+    user.run("check --model ce-65-m --yes", 0);
+    user.run("backup b.toml --model ce-65-m --mark A", 0);
 }

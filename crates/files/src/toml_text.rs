@@ -30,7 +30,27 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Misfit> {
     })
 }
 
-/// The same, with hexadecimal numbers of the tables of one name as the text that was typed, so that they keep their base.
+/// Refuses a text that ends right behind a number or a bare word of its last line: if it was cut there, what is left of a
+/// number is another number. A value that is closed, or that a space or a comment follows, is whole.
+///
+/// # Errors
+/// [`Misfit`] with the last line.
+pub fn ends_whole(text: &str) -> Result<(), Misfit> {
+    let last = text.rsplit('\n').next().unwrap_or(text);
+    let open = last.ends_with(|sign: char| sign.is_alphanumeric() || "_.+-".contains(sign));
+    if !open || last.contains('#') {
+        return Ok(());
+    }
+    Err(Misfit {
+        line: Some(line_at(text, text.len())),
+        problem: format!(
+            "the file ends within its last line, behind {:?}: it may have been cut off there; if it is whole, add a line end",
+            last.trim_start()
+        ),
+    })
+}
+
+/// As [`parse`], with hexadecimal numbers of the tables of one name as the text that was typed, so that they keep their base.
 ///
 /// # Errors
 /// [`Misfit`].

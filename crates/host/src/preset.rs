@@ -68,8 +68,9 @@ impl Preset {
     /// speed. Moves nothing.
     ///
     /// # Errors
-    /// [`Failure`], also for a value that the encoder would refuse, while an error is pending, and if the measuring
-    /// length or the code cannot be read.
+    /// [`Failure`], also for a value that the encoder would refuse, while an error is pending, if the measuring length or
+    /// the code cannot be read, and if the position shows that the programmed values do not count yet: the zero would be
+    /// lost with the next data check or power-up.
     pub fn prepare<S: Services>(
         services: &mut S,
         model: Model,
@@ -79,8 +80,12 @@ impl Preset {
         let length = read_surely(services, model, Parameter::MeasuringLength)?;
         let request = Request::preset(model, value, length).map_err(Failure::Request)?;
         let code = code(services, model)?;
-        let positions = 1 + u64::from(model.largest_position(length));
+        let largest = model.largest_position(length);
+        let positions = 1 + u64::from(largest);
         let watched = Watched::of(services, code, positions)?;
+        if let Some(position) = watched.position.filter(|position| *position > largest) {
+            return Err(Failure::NotActive { position, largest });
+        }
         Ok(Self { model, request, code, positions, watched })
     }
 

@@ -60,6 +60,14 @@ pub enum Failure<E> {
         /// What IN showed.
         shown: InWord,
     },
+    /// The position is one that the programmed values do not allow: it is computed with others, until a data check or a
+    /// power-up makes these count [R79, R80]; nothing was sent.
+    NotActive {
+        /// The position, in steps.
+        position: u32,
+        /// The largest that the programmed values allow.
+        largest: u32,
+    },
     /// A parameter reads as 0 while an error is pending, and so does a record that cannot be read.
     Unreadable {
         /// Which.
@@ -72,7 +80,7 @@ impl<E> Failure<E> {
     #[must_use]
     pub const fn is_not_sent(&self) -> bool {
         match self {
-            Self::Request(_) | Self::Bus(_) | Self::ErrorPending { .. } => true,
+            Self::Request(_) | Self::Bus(_) | Self::ErrorPending { .. } | Self::NotActive { .. } => true,
             Self::TimedOut { timed_out: TimedOut { fate, .. }, .. }
             | Self::GivenUp { given_up: GivenUp { fate, .. }, .. } => matches!(fate, Fate::NotSent),
             Self::Refused(_) | Self::Unreadable { .. } => false,

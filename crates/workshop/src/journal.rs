@@ -371,7 +371,8 @@ impl Journal {
         let refused = |line, problem| JournalError { file: note.display().to_string(), line, problem };
         let text =
             read_text(&note, NOTE_BYTES_MAX).map_err(|cause| refused(cause.line(), cause.to_string()))?;
-        let read = toml_text::parse::<NoteTable>(&text)
+        let read = toml_text::ends_whole(&text)
+            .and_then(|()| toml_text::parse::<NoteTable>(&text))
             .and_then(|table| Intent::of(table).map_err(|wrong| wrong.in_text(&text)));
         let intent = read.map_err(|Misfit { line, problem }| refused(line, problem))?;
         if intent.place != *place {

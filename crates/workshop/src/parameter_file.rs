@@ -89,6 +89,7 @@ impl ParameterFile {
     /// [`ParameterFileError`] naming the place.
     pub fn parse(file: &str, text: &str) -> Result<Self, ParameterFileError> {
         let read = version(text)
+            .and_then(|()| toml_text::ends_whole(text))
             .and_then(|()| toml_text::parse_as_typed::<FileTable>(text, "parameters"))
             .and_then(|table| Self::of(table).map_err(|wrong| wrong.in_text(text)));
         read.map_err(|Misfit { line, problem }| ParameterFileError { file: file.to_owned(), line, problem })
@@ -317,6 +318,42 @@ mod tests {
                 assert!(read.is_err() || read.is_ok_and(|file| nothing(&file)), "{}", &text[..end]);
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_may_have_been_cut_within_its_last_number_is_refused_and_one_that_is_whole_is_read() {
+        for kept in [full(2), of_one(Model::Ce100M, vec![(Parameter::MeasuringLength, 9_999)])] {
+            let kept = KeptEncoder { values: vec![(Parameter::Denominator, 10)], taken: None, ..kept };
+            let text = ParameterFile::from(kept).text();
+            let number = text.rfind("= 10").unwrap() + "= ".len();
+            for (end, told) in [(1, "behind \"denominator = 1\""), (2, "behind \"denominator = 10\"")] {
+                let refused = refusal(&text[..number + end]);
+                assert!(refused.contains(told) && refused.contains("add a line end"), "{refused}");
+            }
+            // Behind the number nothing more of the value is missing.
+            for end in 3..=text.len() - number {
+                let read = ParameterFile::parse("p.toml", &text[..number + end]).unwrap();
+                assert_eq!(
+                    read.encoders[0].value(Parameter::Denominator),
+                    Some(10),
+                    "{}",
+                    &text[..number + end]
+                );
+            }
+        }
+        // What somebody typed without a line end, closed by a quote or a bracket.
+        for value in ["\"0Ah\"", "\"10\""] {
+            let text = format!("version = 1\nmodel = \"ce-65-m\"\n[parameters]\nnumerator = {value}");
+            assert_eq!(
+                ParameterFile::parse("p.toml", &text).unwrap().encoders[0].value(Parameter::Numerator),
+                Some(10)
+            );
+        }
+        let hexadecimal = refusal("version = 1\nmodel = \"ce-65-m\"\n[parameters]\nnumerator = 0x1F");
+        assert!(
+            hexadecimal.starts_with("p.toml line 4: the file ends within its last line"),
+            "{hexadecimal}"
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use encoring_host::preset::{code, position};
 use encoring_host::service::{Failure, Services, read};
-use encoring_words::{InWord, Model, Parameter};
+use encoring_words::{InWord, Model, Parameter, word};
 
 use crate::values::parameters_of;
 
@@ -20,6 +20,8 @@ pub struct ReadParameter<E> {
 /// Everything that can be read of an encoder.
 #[derive(Clone, Debug)]
 pub struct Readings<E> {
+    /// Which encoder.
+    pub model: Model,
     /// Each parameter that the model has.
     pub parameters: Vec<ReadParameter<E>>,
     /// What IN showed before and after.
@@ -60,7 +62,7 @@ impl<E> Readings<E> {
         let code = code(services, model).ok();
         let shown = [before, services.look().map_err(Failure::Bus)?];
         let positions = shown.map(|word| position(word, code?));
-        Ok(Self { parameters, shown, positions })
+        Ok(Self { model, parameters, shown, positions })
     }
 
     /// The values, as they were read.
@@ -68,7 +70,13 @@ impl<E> Readings<E> {
         self.parameters.iter().map(|read| (read.parameter, read.value))
     }
 
-    /// The position of an encoder that stands still and has no error pending.
+    /// The largest position that the values allow, as far as they were read.
+    fn largest_position(&self) -> u32 {
+        let length = self.values().find(|(parameter, _)| *parameter == Parameter::MeasuringLength);
+        self.model.largest_position(length.and_then(|(_, length)| length).unwrap_or(word::DATA_MAX))
+    }
+
+    /// The position of an encoder that stands still, has no error pending and does not show that its values do not count.
     ///
     /// # Errors
     /// Why no mark can be noted here.
@@ -76,6 +84,13 @@ impl<E> Readings<E> {
         if let Some(word) = self.shown.into_iter().find(|word| word.error_bit()) {
             return Err(format!(
                 "IN shows {word}: an error is pending, so the position may be wrong; `encoring check` tells"
+            ));
+        }
+        let largest = self.largest_position();
+        if let Some(position) = self.positions.into_iter().flatten().find(|position| *position > largest) {
+            return Err(format!(
+                "the position {position} is above the measuring length {largest}: it is not computed with the programmed \
+                 values yet; `encoring check` makes them count, and the zero has to be made anew then"
             ));
         }
         match self.positions {

@@ -227,11 +227,11 @@ fn a_restore_asks_and_guides_to_the_zero() {
     let Run { code, out, err } = bench.answered("restore axis.toml", "y\n");
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("The zero was not made: the input has ended.") && out.contains(way), "{out}{err}");
-    let Run { code, out, err } = bench.answered("restore axis.toml", "1\nn\n");
+    let Run { code, out, err } = bench.answered("restore axis.toml", "y\n1\nn\n");
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("The zero was not made: the answer was no.") && out.contains(way), "{out}{err}");
-    // Nothing differs any more, so the place is the only question, and its preset.
-    let Run { code, out, err } = bench.answered("restore axis.toml", "1\ny\n");
+    // Nothing differs any more, so a data check, the place and its preset are the questions.
+    let Run { code, out, err } = bench.answered("restore axis.toml", "y\n1\ny\n");
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(out.contains("zero at mark \"stop left\" (0 mm)"), "{out}{err}");
     assert!(out.contains("position now:    5000") && !out.contains(way), "{out}{err}");
@@ -296,7 +296,10 @@ fn a_broken_encoder_is_replaced_by_answers_through_a_pipe() {
     let bench = replaced();
     let Run { code, out, err } = bench.answered("replace --at 2", "1\naxis.toml\n\nn\n");
     assert_eq!(code, Some(1), "{out}{err}");
-    assert!(out.contains("left undone: the values were not programmed: the answer was no"), "{out}");
+    assert!(
+        out.contains("left undone: the values were not programmed or checked: the answer was no"),
+        "{out}"
+    );
     bench.out("restore axis.toml --dry-run", 1);
     // Wrong answers are asked again; the end of the input ends it.
     let Run { code, err, .. } = bench.answered("replace --at 2", "9\n1\nmissing.toml\n1\naxis.toml\n");

@@ -106,6 +106,7 @@ impl Told {
                 self.error(error);
                 Some(Fate::NotSent)
             }
+            Failure::NotActive { .. } => Some(Fate::NotSent),
             Failure::Request(_)
             | Failure::Refused(_)
             | Failure::ErrorPending { .. }
