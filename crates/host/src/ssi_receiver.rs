@@ -326,13 +326,15 @@ impl Running {
     fn rise(&mut self, now: Instant, taken_at: TakenAt) {
         let low = now.since(self.fell);
         // Where the clock went on like this, the next edge that takes would come then; before the first period is over
-        // it is taken to be twice the Low phase. Data+ is High again after the mono period.
+        // it is taken to be twice the Low phase. Data+ is High again after the mono period, which is no exact time: half
+        // of what is left of it is waited for.
         let period = self.periods.map_or(low + low, |(_, longest)| longest);
         let after = match taken_at {
             TakenAt::Rising => period,
             TakenAt::Falling => Duration(period.as_nanos().saturating_sub(low.as_nanos())),
         };
-        self.due = (now + after).min(self.fell + MONO_PERIOD);
+        let left = MONO_PERIOD.as_nanos().saturating_sub(low.as_nanos());
+        self.due = now + after.min(Duration(left / 2));
         self.settled = None;
         self.longest_low = self.longest_low.max(low);
         self.clocks = self.clocks.saturating_add(1);

@@ -35,6 +35,11 @@ impl Train {
 
     /// Every change, the first falling edge at 100 us; at rest before and after.
     fn changes(self) -> Vec<Change> {
+        self.with_mono_period(20_001)
+    }
+
+    /// The same where Data+ is High again so long after the last falling edge.
+    fn with_mono_period(self, mono_ns: u64) -> Vec<Change> {
         let mut clock = std::vec![(0, Level::High)];
         let mut data = std::vec![(0, Level::High)];
         let (mut at, mut fell, mut pulse) = (100_000, 100_000, 0);
@@ -51,7 +56,7 @@ impl Train {
             data.push((at + self.delay_ns, self.frame.level(pulse)));
             at += self.high_ns;
         }
-        data.push((fell + 20_001 + self.delay_ns, Level::High));
+        data.push((fell + mono_ns + self.delay_ns, Level::High));
         let mut times: Vec<u64> = clock.iter().chain(&data).map(|(at, _)| *at).collect();
         times.sort_unstable();
         times.dedup();
@@ -159,6 +164,42 @@ fn every_clock_rate_from_50_khz_to_1_1_mhz_is_received_and_others_are_named() {
     let transfers = received(SsiReceiver::new(plain(24), TakenAt::Falling), &slow);
     assert_eq!(transfers.len(), 25);
     assert!(transfers.iter().all(|it| (it.clocks, it.fault) == (1, Some(SsiFault::ClockLimit))));
+}
+
+// [R104, R111]
+#[test]
+fn the_last_bit_is_taken_before_the_mono_period_is_over_however_slow_the_clock() {
+    for half in [6_250, 6_700, 7_500, 8_333, 9_250, 9_615] {
+        for mono_ns in [20_100, 20_000, 19_900, 19_500] {
+            for (format, clocks) in [(plain(24), 24), (plain(24), 27), (ak40(), 32), (repeated(), 50)] {
+                let train = Train::new(0x12_3456, format, clocks).period(half, half);
+                assert_eq!(
+                    fault(format, &train.with_mono_period(mono_ns)),
+                    None,
+                    "{half} {mono_ns} {clocks}"
+                );
+                for edge in EDGES {
+                    let transfer = one(SsiReceiver::new(format, edge), &train.with_mono_period(mono_ns));
+                    assert_eq!(transfer.position(), Some(0x12_3456), "{half} {mono_ns} {clocks}");
+                }
+            }
+        }
+    }
+}
+
+// [R111]
+#[test]
+fn a_word_that_broke_is_no_line_that_is_stuck_wherever_its_bits_are_low() {
+    // Periods just above t_M, and Data+ Low within the word.
+    for half in [10_001, 10_500, 12_500] {
+        let changes = Train::new(9_998, plain(24), 25).period(half, half).changes();
+        let changes = with_data(&changes, |at, level| if at > 140_000 { Level::Low } else { level });
+        for edge in EDGES {
+            let transfers = received(SsiReceiver::new(plain(24), edge), &changes);
+            let told = transfers.iter().filter(|it| it.fault == Some(SsiFault::ClockLimit)).count();
+            assert!(told + 1 >= transfers.len() && told > 20, "{half}: {transfers:?}");
+        }
+    }
 }
 
 // [R111]

@@ -100,7 +100,8 @@ fn fault(running: &Running, format: SsiFormat, expected: Option<u32>, ending: En
     let odd = !short && !format.holds_parity(taken.field);
     let found = [
         (SsiFault::Cut, running.beginning == Beginning::Missed || unfinished && !whole),
-        (SsiFault::StuckLow, taken.rest == Some(Level::Low)),
+        // Within a word that broke, Data+ may be Low before a clock for that.
+        (SsiFault::StuckLow, taken.rest == Some(Level::Low) && !(short && goes_on(running))),
         (SsiFault::StuckHigh, !short && !taken.low && is_never_all_ones(running, format)),
         (SsiFault::ClockLimit, is_too_fast(running) || short && is_too_slow(running)),
         (SsiFault::Clocks, short || expected.is_some_and(|clocks| running.clocks != clocks)),
@@ -128,5 +129,10 @@ fn is_too_fast(running: &Running) -> bool {
 
 /// Of a transfer that broke off.
 fn is_too_slow(running: &Running) -> bool {
-    running.longest_low > LONGEST_HALF || running.pause.is_some_and(|pause| pause <= NO_PAUSE)
+    running.longest_low > LONGEST_HALF || goes_on(running)
+}
+
+/// It follows the transfer before as a clock that is too slow follows the clock before.
+fn goes_on(running: &Running) -> bool {
+    running.pause.is_some_and(|pause| pause <= NO_PAUSE)
 }
