@@ -86,7 +86,11 @@ impl Interrupt {
 
     /// The command leaves nothing behind that must be put in order, so it may end while it waits for its reader.
     pub(crate) fn only_looks(&self) {
-        self.only_looks.store(true, Ordering::Relaxed);
+        self.only_looks.store(true, Ordering::SeqCst);
+        // The first signal may have come before.
+        if self.came.load(Ordering::SeqCst) {
+            thread::spawn(end_if_unread);
+        }
     }
 
     /// From now on a service may be under way at this position.
@@ -96,7 +100,7 @@ impl Interrupt {
 
     #[expect(clippy::disallowed_methods, reason = "nothing ends this wait but the end of the command")]
     fn signalled(&self, signals: u32) {
-        self.came.store(true, Ordering::Relaxed);
+        self.came.store(true, Ordering::SeqCst);
         self.stop.store(true, Ordering::Relaxed);
         if ASKING.load(Ordering::Relaxed) {
             self.end(
@@ -104,7 +108,7 @@ impl Interrupt {
             );
         }
         if signals < 2 {
-            if self.only_looks.load(Ordering::Relaxed) {
+            if self.only_looks.load(Ordering::SeqCst) {
                 // Beside the handler, which the second signal needs.
                 thread::spawn(end_if_unread);
             }

@@ -85,6 +85,7 @@ macro_rules! commands {
         }
 
         fn main() -> ExitCode {
+            signals::tell_files_too_long();
             output::finish(match Arguments::parse_from(std::env::args_os().map(number_or_option)).command {
                 $(Command::$name(arguments) => $module::run(&arguments),)*
             })

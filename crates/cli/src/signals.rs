@@ -3,6 +3,14 @@
 
 use std::io;
 
+/// A file that becomes longer than this user's files may be is an error of writing, as a full disk is; without this the
+/// system ends the program at once.
+pub(crate) fn tell_files_too_long() {
+    #[cfg(unix)]
+    // Where it cannot be had the program runs as it does without.
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+}
+
 /// Calls `came` at each of them, in a thread of its own.
 ///
 /// # Errors
