@@ -216,9 +216,8 @@ fn memories_that_do_not_fit_are_told_at_once_and_each_is_tried() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path();
     // No file at all may hold a byte, in place of a full disk; the lock has none.
-    let script = format!(
-        "ulimit -f 0; exec {PROGRAM} sim --modbus 127.0.0.1:0 --format json --state memories"
-    );
+    let script =
+        format!("ulimit -f 0; exec {PROGRAM} sim --modbus 127.0.0.1:0 --format json --state memories");
     let mut program = Command::new("sh")
         .current_dir(here)
         .args(["-c", &script])

@@ -179,9 +179,7 @@ fn a_signal_ends_a_log_into_a_pipe_that_nobody_reads() {
 fn a_log_that_no_longer_fits_ends_with_3_in_whole_rows() {
     let folder = tempfile::tempdir().unwrap();
     // A limit on the length of a file, in place of a full disk: 100 blocks of 512 bytes.
-    let script = format!(
-        "ulimit -f 100; exec {PROGRAM} log a.csv --bus sim --every 0 --for 1h --speed max"
-    );
+    let script = format!("ulimit -f 100; exec {PROGRAM} log a.csv --bus sim --every 0 --for 1h --speed max");
     let output = Command::new("sh").current_dir(folder.path()).args(["-c", &script]).output().unwrap();
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
