@@ -166,8 +166,8 @@ fn found(capture: &mut Capture<Source>, file: &str, interrupt: &Interrupt) -> Re
             Ok([clock, data])
         }
         LinesFound::NoClock => Err(ask(
-            "no line is clocked as an SSI: trains of 8 pulses or more, each Low for at most 20 us, and High in between. Is \
-             the time scale or sample rate right? If it is",
+            "no line is clocked as an SSI: trains of 8 pulses or more, each Low for at most 20 us, and High in between. \
+             Correct the time scale or the sample rate if it is wrong",
         )),
         LinesFound::InvertedClock { clock } => Err(ask(&format!(
             "{:?} has pulses as a clock but rests Low: Clock- was captured, or the lines are inverted",

@@ -59,7 +59,9 @@ fn advance<R: Read>(lines: &mut Lines<R>) -> Result<bool, Wrong> {
 }
 
 fn text<R: Read>(lines: &Lines<R>) -> Result<&str, Wrong> {
-    str::from_utf8(lines.line()).map_err(|_| wrong_line(lines.number(), "not UTF-8 text"))
+    let line = str::from_utf8(lines.line()).map_err(|_| wrong_line(lines.number(), "not UTF-8 text"))?;
+    // Spreadsheets put a byte order mark in front of the first line.
+    Ok(if lines.number() == 1 { line.trim_start_matches('\u{FEFF}') } else { line })
 }
 
 /// What the comments of sigrok say.

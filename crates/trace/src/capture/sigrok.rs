@@ -4,6 +4,7 @@ use std::io::{self, Read, Seek};
 use std::ops::ControlFlow;
 
 use zip::ZipArchive;
+use zip::result::ZipError;
 
 use super::decimal::{SampleRate, hertz};
 use super::{CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProblem, Told, Wrong, in_file};
@@ -46,7 +47,14 @@ fn in_part(part: &str, problem: impl std::fmt::Display) -> Wrong {
 
 fn open<R: Read + Seek>(source: R) -> Result<ZipArchive<R>, Wrong> {
     let refused = |cause| {
-        let problem = format!("no whole session of sigrok, it may have been cut: {cause}");
+        let problem = match cause {
+            ZipError::InvalidArchive(_) => {
+                "no whole session of sigrok: the end of the archive is missing, as of a \
+                                            file that was cut"
+                    .to_owned()
+            }
+            cause => format!("no session of sigrok: {cause}"),
+        };
         (CapturePlace::File, CaptureProblem::Refused(problem))
     };
     ZipArchive::new(source).map_err(refused)
