@@ -180,6 +180,10 @@ fn clean(hours: u64, period_us: Option<u64>) -> io::Result<()> {
     if alarms == 0 { Ok(()) } else { Err(io::Error::other(format!("{alarms} false alarms"))) }
 }
 
+/// Of the clean logs of pollers so many may have one with a finding that is certain or likely: some swing over the end of
+/// their range at the limits of the data sheet.
+const SURE_ONE_IN: u64 = 1_000;
+
 fn clean_polls(seeds: Range<u64>, shown: u64) -> io::Result<()> {
     let mut counts: BTreeMap<(&str, &str), u64> = BTreeMap::new();
     let (mut logs, mut sure, mut loud) = (0_u64, 0_u64, 0_u64);
@@ -197,7 +201,12 @@ fn clean_polls(seeds: Range<u64>, shown: u64) -> io::Result<()> {
     }
     println!("{logs} clean logs: {loud} with a finding, {sure} with one that is certain or likely");
     counts.iter().for_each(|((cause, certainty), count)| println!("  {cause} {certainty}: {count}"));
-    if sure == 0 { Ok(()) } else { Err(io::Error::other(format!("{sure} false alarms"))) }
+    let most = logs / SURE_ONE_IN;
+    if sure <= most {
+        Ok(())
+    } else {
+        Err(io::Error::other(format!("{sure} false alarms, at most {most} pass")))
+    }
 }
 
 fn count(seeds: u64) {
