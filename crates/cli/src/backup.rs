@@ -14,7 +14,7 @@ use encoring_workshop::reading::Readings;
 use encoring_workshop::{KeptEncoder, MachineMark, NamedMark, ParameterFile, UnitLabel};
 
 use crate::arguments;
-use crate::arguments::bus::{BusArguments, Target, patience};
+use crate::arguments::bus::{BusArguments, Source, Target, patience};
 use crate::arguments::positions::{Positions, positions};
 use crate::arguments::{Output, TypeLabel, span};
 use crate::bus::{Deed, Opened};
@@ -95,6 +95,7 @@ struct Asked {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
+    arguments.one_place()?;
     let older = arguments.older()?;
     let mut opened = arguments.ring.open(encoring_station::Speed::Max)?;
     let asked = arguments.asked(&opened, older.as_ref())?;
@@ -178,11 +179,16 @@ impl Arguments {
         patience: Duration,
     ) -> Result<Asked, Failure> {
         let older = kept.map(|kept| kept.label.clone()).unwrap_or_default();
+        // What a simulated ring says is compared with the file below.
+        let by_file = kept.filter(|_| !(self.update && opened.is_simulated()));
         let label = TypeLabel {
-            model: given.model.or(kept.map(|kept| kept.model)),
+            model: given.model.or(by_file.map(|kept| kept.model)),
             native: given.native.or(older.native),
         };
         let target = label.target(opened, position, patience)?;
+        if let Some(kept) = kept.filter(|kept| self.update && kept.model != target.model) {
+            return Err(self.another_model(kept, target));
+        }
         let label = UnitLabel {
             native: target.native,
             serial: self.serial.clone().or(older.serial),
@@ -190,6 +196,21 @@ impl Arguments {
             label: self.label.clone().or(older.label),
         };
         Ok(Asked { target, label })
+    }
+
+    /// Why nothing is read: the file is of another model, as the ring or an option says.
+    fn another_model(&self, kept: &KeptEncoder, target: Target) -> Failure {
+        let (file, model, position) = (self.file.display(), target.model, target.position);
+        match target.source {
+            Source::Ring => Failure::Refused(format!(
+                "{file} is of a {}, the encoder at position {position} is a {model}; nothing was read",
+                kept.model
+            )),
+            Source::User => bad_input(format!(
+                "--model {model}: {file} is of a {}; leave --model out, or give another file",
+                kept.model
+            )),
+        }
     }
 
     /// Reads the encoders, one after the other, and writes the file.
@@ -234,7 +255,13 @@ impl Arguments {
             let advice = if self.file.exists() { other } else { "" };
             match keep(&file, &self.file).map_err(|error| bad_input(format!("{error}{advice}")))? {
                 BackupKept::Written => "written",
-                BackupKept::AlreadyThere => "already_there",
+                BackupKept::AlreadyThere => {
+                    let there = ParameterFile::read(&self.file).map_err(bad_input)?;
+                    for (view, kept) in views.iter_mut().zip(&there.encoders) {
+                        view.holds(kept);
+                    }
+                    "already_there"
+                }
             }
         };
         Ok(BackupView::new(name, result, views))
@@ -244,6 +271,23 @@ impl Arguments {
     fn there(&self, file: &ParameterFile, position: usize) -> Option<usize> {
         let is_it = |kept: &KeptEncoder| kept.position().is_none_or(|there| there == position);
         file.encoders.iter().position(is_it).filter(|_| self.update)
+    }
+
+    /// The machine stands at one place, which has one number on each scale.
+    fn one_place(&self) -> Result<(), Failure> {
+        let references: Vec<_> = self.mark.iter().filter_map(|mark| mark.reference).collect();
+        let two = references.iter().enumerate().find_map(|(k, one)| {
+            let other = references.get(k + 1..)?.iter();
+            let mut others =
+                other.filter(|other| other.scale == one.scale && other.millionths != one.millionths);
+            Some((*one, *others.next()?))
+        });
+        match two {
+            Some((one, other)) => Err(bad_input(format!(
+                "--mark: the machine cannot stand at {one} and at {other}; note one of them now, and the other one there"
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// What is to be kept of an encoder that was read.

@@ -130,8 +130,13 @@ impl Dialog {
         Ok(matches!(answer.as_str(), "y" | "Y" | "yes"))
     }
 
-    /// A mark or a position; `None` if the answer is empty, or nobody is asked.
-    pub(crate) fn place(&self, what: &str, marks: &[MachineMark]) -> Result<Option<MachineMark>, Undone> {
+    /// A mark or a position up to the largest that the encoder shows; `None` if the answer is empty, or nobody is asked.
+    pub(crate) fn place(
+        &self,
+        what: &str,
+        marks: &[MachineMark],
+        largest: u32,
+    ) -> Result<Option<MachineMark>, Undone> {
         if self.is_silent() {
             return Ok(None);
         }
@@ -152,6 +157,11 @@ impl Dialog {
                 marks.get(place)
             });
             match (typed, number) {
+                (Some(Ok(shown)), _) if shown > largest => {
+                    self.tell(&format!(
+                        "{shown} is above the measuring length {largest}; type a smaller position"
+                    ));
+                }
                 (Some(Ok(shown)), _) => return Ok(Some(steps(shown))),
                 (_, Some(mark)) => return Ok(Some(mark.clone())),
                 (Some(Err(wrong)), None) => self.tell(&format!("{answer}: {wrong}")),

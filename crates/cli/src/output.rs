@@ -82,6 +82,20 @@ impl From<serde_json::Error> for Failure {
     }
 }
 
+impl Failure {
+    /// Why a step failed, and what that makes of a command that has done something before it and reports that.
+    ///
+    /// # Errors
+    /// If nothing can be reported.
+    pub(crate) fn after_the_fact(self) -> Result<(String, Answer), Self> {
+        match self {
+            Self::BadInput(why) | Self::Refused(why) => Ok((why, Answer::No)),
+            Self::NoAnswer(why) => Ok((why, Answer::Unknown)),
+            Self::Output(_) => Err(self),
+        }
+    }
+}
+
 /// The input is wrong; `problem` says where and how.
 pub(crate) fn bad_input(problem: impl std::fmt::Display) -> Failure {
     Failure::BadInput(problem.to_string())

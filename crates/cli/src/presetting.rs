@@ -72,7 +72,11 @@ pub(crate) fn zero_place(
     let set = set_of(target.model, &kept.values);
     let restored = ZeroRestored::of(target.model, &set, target.native).told();
     dialog.tell(&format!("\n{}", restored.join("\n")));
-    dialog.place("Move the machine to a mark and stop it there: its zero is made there.", &kept.marks)
+    dialog.place(
+        "Move the machine to a mark and stop it there: its zero is made there.",
+        &kept.marks,
+        kept.largest_position(),
+    )
 }
 
 /// What makes the old zero again.

@@ -83,7 +83,7 @@ fn of_file(file: KeptEncoder, target: Target) -> Result<Wanted, Failure> {
         ))),
         _ => {
             let whole = file.values.into_iter().map(|(parameter, value)| (parameter, value.into()));
-            Ok(Wanted { values: whole.chain(file.parts).collect(), warnings: Vec::new() })
+            Ok(Wanted { values: whole.chain(file.parts).collect(), warnings: Vec::new(), zero: None })
         }
     }
 }

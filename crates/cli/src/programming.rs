@@ -7,17 +7,17 @@ use std::time::SystemTime;
 
 use clap::Args;
 use encoring_bus::master::MasterError;
+use encoring_host::Request;
 use encoring_host::program::{Prepared, Program, Stopped};
-use encoring_words::Model;
 use encoring_words::explain::Meaning;
 use encoring_words::model::Effect;
+use encoring_words::{Model, Parameter};
 use encoring_workshop::{BackupOrigin, UnitLabel, keep};
 
 use crate::arguments::bus::{Encoder, Target};
 use crate::arguments::range::Wanted;
 use crate::arguments::{Consent, Output};
 use crate::bus::{Deed, Opened};
-use crate::calculation::Note;
 use crate::dialog::{CHECK_DOES, Dialog, Undone};
 use crate::noted::{Earlier, JournalFolder, Noted};
 use crate::output::{Answer, Failure, bad_input, note};
@@ -94,8 +94,7 @@ impl How {
         }
         opened.announce(target, if self.dry_run { Deed::Reads } else { Deed::Changes });
         let noted = self.journal.of(opened, target.position);
-        let warnings = &wanted.warnings;
-        Programming { how: self, command, target, warnings, noted, dialog }.run(opened, program)
+        Programming { how: self, command, target, wanted, noted, dialog }.run(opened, program)
     }
 }
 
@@ -104,7 +103,7 @@ struct Programming<'a> {
     how: &'a How,
     command: &'a str,
     target: Target,
-    warnings: &'a [Note],
+    wanted: &'a Wanted,
     /// None for a ring that forgets.
     noted: Option<Noted>,
     dialog: &'a Dialog,
@@ -115,6 +114,7 @@ impl Programming<'_> {
         let Self { how, target, .. } = *self;
         let (mut prepared, behind) =
             opened.serve(target, |master| Ok((program.prepare(master), master.behind())))?;
+        self.zero_fits(&prepared)?;
         if how.dry_run {
             let backup = self.asked_backup(opened, &prepared)?;
             let earlier = self.earlier(&prepared);
@@ -151,6 +151,18 @@ impl Programming<'_> {
             self.noted.iter().for_each(|noted| noted.settle(Some(&report), earlier.as_ref()));
         }
         Ok(view.after(earlier.as_ref()).at(&opened.place()))
+    }
+
+    /// Refuses a zero that the values to come do not allow, before anything is written.
+    fn zero_fits(&self, prepared: &Prepared<MasterError>) -> Result<(), Failure> {
+        let length = prepared.rows().find(|row| row.parameter == Parameter::MeasuringLength);
+        let length = length.and_then(|row| row.wanted.or(row.before));
+        match (self.wanted.zero, length) {
+            (Some(zero), Some(length)) => Request::preset(self.target.model, zero, length)
+                .map(|_| ())
+                .map_err(|refused| bad_input(format!("{refused}; nothing was written"))),
+            _ => Ok(()),
+        }
     }
 
     /// Writes, with the old values and what is to be written on the disk before.
@@ -233,7 +245,7 @@ impl Programming<'_> {
                 }
             }
         }
-        for warning in self.warnings {
+        for warning in &self.wanted.warnings {
             text += &format!("\n{}: {}", warning.topic, warning.text);
         }
         text += &format!("\nThen a data check follows: {CHECK_DOES}");

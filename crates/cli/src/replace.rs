@@ -94,6 +94,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
     let how = &arguments.how;
     let dialog = Dialog::guiding(how.consent);
     let source = Source::of(arguments, &dialog)?;
+    let places = Places::of(arguments, &source)?;
     let mut view = ReplaceView::new(&source);
     if let Some(path) = &arguments.save {
         source.save(path)?;
@@ -102,15 +103,20 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         how.output.print(&view)?;
         return Ok(source.answer());
     }
-    dialog.tell(&view.source_text());
     if !how.dry_run {
+        dialog.tell(&view.source_text());
         dialog.pause(
             "Switch the machine off, mount and connect the new encoder at the same place, switch on.\nThe PLC must not write \
              the OUT word of this encoder meanwhile. Enter when that is done: ",
         )?;
     }
     let (mut opened, target) = open(arguments, &source)?;
-    let told = Replacing { arguments, dialog: &dialog, source: &source, target }.go(&mut opened, &mut view);
+    let replacing = Replacing { arguments, dialog: &dialog, source: &source, places, target };
+    let told = match replacing.go(&mut opened, &mut view) {
+        // What was programmed is reported, however it goes on.
+        Err(failure) if view.has_programmed() => view.failed(failure),
+        told => told,
+    };
     let told = told.map(|()| view);
     opened.report(how.output, told, |view| view.answer(how.dry_run))
 }
@@ -134,11 +140,26 @@ fn open(arguments: &Arguments, source: &Source) -> Result<(Opened, Target), Fail
     Ok((opened, target))
 }
 
+/// The places that options name, found before anything is done.
+struct Places {
+    zero: Option<MachineMark>,
+    compare: Option<MachineMark>,
+}
+
+impl Places {
+    fn of(arguments: &Arguments, source: &Source) -> Result<Self, Failure> {
+        let zero = arguments.set_at.as_deref().map(|text| named_or_steps(source, text));
+        let compare = arguments.compare_at.as_deref().map(|name| named(source, name));
+        Ok(Self { zero: zero.transpose()?, compare: compare.transpose()? })
+    }
+}
+
 /// The new unit, and what it is to become.
 struct Replacing<'a> {
     arguments: &'a Arguments,
     dialog: &'a Dialog,
     source: &'a Source,
+    places: Places,
     target: Target,
 }
 
@@ -148,21 +169,39 @@ impl Replacing<'_> {
         if !self.program(opened, view)? {
             return Ok(());
         }
-        let set = self.set_zero(opened, view)?;
-        if set && view.preset_answer() == Some(Answer::Yes) || self.arguments.compare_at.is_some() {
-            self.compare(opened, view)?;
+        if let Some(mark) = &self.places.compare {
+            return self.compare(opened, view, mark);
         }
-        Ok(())
+        let Some(zero) = self.set_zero(opened, view)? else { return Ok(()) };
+        if view.preset_answer() != Some(Answer::Yes) {
+            return Ok(());
+        }
+        // The place of the zero shows it in any case.
+        let others: Vec<_> = self.source.kept.marks.iter().filter(|mark| **mark != zero).cloned().collect();
+        match self.dialog.place(
+            "Move the machine to another mark and stop it there, to compare.",
+            &others,
+            self.source.kept.largest_position(),
+        )? {
+            Some(mark) if mark.shown != zero.shown => self.compare(opened, view, &mark),
+            _ => {
+                view.left("no second place was compared");
+                Ok(())
+            }
+        }
     }
 
     /// Programs the values; `true` if the new unit holds them.
     fn program(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
         let how = &self.arguments.how;
-        let zero = self.arguments.set_at.is_some()
-            || self.arguments.compare_at.is_none() && !self.dialog.is_silent();
+        let zero = self.places.zero.is_some() || self.places.compare.is_none() && !self.dialog.is_silent();
         let how = if zero { &how.before_zero(self.target.model) } else { how };
         let values = self.source.kept.values.iter().map(|(parameter, value)| (*parameter, (*value).into()));
-        let wanted = Wanted { values: values.collect(), warnings: self.warnings() };
+        let wanted = Wanted {
+            values: values.collect(),
+            warnings: self.warnings(),
+            zero: self.places.zero.as_ref().map(|mark| mark.shown),
+        };
         let program = match how.work("replace", opened, self.target, &wanted, self.dialog) {
             Ok(program) => program,
             Err(Undone::Declined) => {
@@ -190,74 +229,64 @@ impl Replacing<'_> {
         }
     }
 
-    /// Makes the zero at a mark; `true` if it was tried.
-    fn set_zero(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<bool, Failure> {
-        let mark = match &self.arguments.set_at {
-            Some(text) => Some(self.named_or_steps(text)?),
-            None if self.arguments.compare_at.is_some() => None,
+    /// Makes the zero at a mark; gives the mark if it was tried.
+    fn set_zero(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<Option<MachineMark>, Failure> {
+        let mark = match &self.places.zero {
+            Some(mark) => Some(mark.clone()),
             None => zero_place(self.dialog, &self.source.kept, self.target)?,
         };
         let Some(mark) = mark else {
             view.left("the zero was not made: the positions are not those of the old unit yet");
-            return Ok(false);
+            return Ok(None);
         };
         let presetting = Presetting { value: mark.shown.into(), mark: Some(&mark), dialog: self.dialog };
         match presetting.adjust(opened, self.target) {
             Ok(preset) => {
                 self.dialog.tell(&preset.to_string());
                 view.preset(&mark, preset);
-                Ok(true)
+                Ok(Some(mark))
             }
             Err(Undone::Declined) => {
                 view.left("the zero was not made: the answer was no");
-                Ok(false)
+                Ok(None)
             }
             Err(undone) => Err(undone.into()),
         }
     }
 
     /// Compares the position at a further mark with what the old unit showed there.
-    fn compare(&self, opened: &mut Opened, view: &mut ReplaceView) -> Result<(), Failure> {
-        let marks = &self.source.kept.marks;
-        let mark = match &self.arguments.compare_at {
-            Some(name) => self.named(name)?,
-            None => match self
-                .dialog
-                .place("Move the machine to another mark and stop it there, to compare.", marks)?
-            {
-                Some(mark) => mark,
-                None => {
-                    view.left("no second place was compared");
-                    return Ok(());
-                }
-            },
-        };
+    fn compare(
+        &self,
+        opened: &mut Opened,
+        view: &mut ReplaceView,
+        mark: &MachineMark,
+    ) -> Result<(), Failure> {
         let model = self.target.model;
         let shown = opened.serve(self.target, |master| {
             let code = code(master, model)?;
             let word = master.look().map_err(|error: MasterError| Failed::Bus(error))?;
             Ok((word, position(word, code)))
         })?;
-        let comparison = ComparisonView::new(&mark, shown, self.source, self.target);
+        let comparison = ComparisonView::new(mark, shown, self.source, self.target);
         self.dialog.tell(&comparison.to_string());
         view.compared(comparison);
         Ok(())
     }
+}
 
-    fn named(&self, name: &str) -> Result<MachineMark, Failure> {
-        let kept = &self.source.kept;
-        kept.mark(name).cloned().ok_or_else(|| {
-            let names: Vec<_> = kept.marks.iter().map(|mark| format!("{:?}", mark.name)).collect();
-            let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            bad_input(format!("{name:?} is no mark of the old unit; there are: {names}"))
-        })
-    }
+fn named(source: &Source, name: &str) -> Result<MachineMark, Failure> {
+    let kept = &source.kept;
+    kept.mark(name).cloned().ok_or_else(|| {
+        let names: Vec<_> = kept.marks.iter().map(|mark| format!("{:?}", mark.name)).collect();
+        let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        bad_input(format!("{name:?} is no mark of the old unit; there are: {names}"))
+    })
+}
 
-    fn named_or_steps(&self, text: &str) -> Result<MachineMark, Failure> {
-        match arguments::value(text) {
-            Ok(shown) if self.source.kept.mark(text).is_none() => Ok(steps(shown)),
-            _ => self.named(text),
-        }
+fn named_or_steps(source: &Source, text: &str) -> Result<MachineMark, Failure> {
+    match arguments::value(text) {
+        Ok(shown) if source.kept.mark(text).is_none() => Ok(steps(shown)),
+        _ => named(source, text),
     }
 }
 

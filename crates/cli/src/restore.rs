@@ -128,8 +128,9 @@ impl<'a> Restoring<'a> {
     fn restored(&self, opened: &mut Opened, target: Target) -> Result<RestoreView, Failure> {
         let Self { arguments, name, kept, how, dialog } = self;
         let carried = arguments.carried(name, kept, target)?;
+        let said_by = if arguments.as_model.is_some() { "--as" } else { name };
         let values = carried.values.into_iter().map(|(parameter, value)| (parameter, value.into())).collect();
-        let wanted = Wanted { values, warnings: warnings(name, target, &carried.lost) };
+        let wanted = Wanted { values, warnings: warnings(said_by, target, &carried.lost), zero: None };
         let how = if dialog.is_silent() { how } else { &how.before_zero(target.model) };
         let program = how.work("restore", opened, target, &wanted, dialog)?;
         let guided = !how.dry_run && program.is_in_order() && !dialog.is_silent();
@@ -169,7 +170,7 @@ fn left(view: &mut RestoreView, undone: Undone) -> Result<(), Failure> {
     view.zero_left(match undone {
         Undone::Declined => "the answer was no",
         Undone::InputEnded => "the input has ended",
-        Undone::Failed(failure) => return Err(failure),
+        Undone::Failed(failure) => return view.zero_failed(failure),
     });
     Ok(())
 }
@@ -230,12 +231,15 @@ impl Arguments {
 }
 
 /// What whoever restores must know before.
-fn warnings(name: &str, target: Target, lost: &[String]) -> Vec<Note> {
+fn warnings(said_by: &str, target: Target, lost: &[String]) -> Vec<Note> {
     let mut warnings = Vec::new();
     if target.source == Source::User {
         warnings.push(Note::warning(
             "model",
-            format!("no word tells it: {name} says {}. Look at the type label of this encoder", target.model),
+            format!(
+                "no word tells it: {said_by} says {}. Look at the type label of this encoder",
+                target.model
+            ),
         ));
     }
     for lost in lost {

@@ -59,6 +59,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 parameter.key()
             ));
         }
-        Ok(Wanted { values: vec![(parameter, change)], warnings: Vec::new() })
+        Ok(Wanted { values: vec![(parameter, change)], warnings: Vec::new(), zero: None })
     })
 }

@@ -87,6 +87,26 @@ pub enum ReferenceUnit {
     Degrees,
 }
 
+impl UnitLabel {
+    /// What two labels of one unit cannot differ in: a sentence each.
+    fn other_unit(&self, new: &Self) -> Vec<String> {
+        let number = |steps: Option<u32>| steps.map(|steps| steps.to_string());
+        [
+            ("native", number(self.native), number(new.native)),
+            ("serial", self.serial.clone(), new.serial.clone()),
+            ("firmware", self.firmware.clone(), new.firmware.clone()),
+        ]
+        .into_iter()
+        .filter_map(|(key, there, new)| match (there, new) {
+            (Some(there), Some(new)) if there != new => Some(format!(
+                "{key}: {there} in the file, not {new}: another unit belongs into a file of its own"
+            )),
+            _ => None,
+        })
+        .collect()
+    }
+}
+
 impl ReferenceUnit {
     /// Every scale.
     pub const ALL: [Self; 2] = [Self::Millimetres, Self::Degrees];
@@ -174,8 +194,9 @@ impl FromStr for Reference {
             .into_iter()
             .find_map(|scale| of(scale, scale.unit()))
             .or_else(|| of(ReferenceUnit::Degrees, "°"));
-        let (number, scale) =
-            found.ok_or_else(|| format!("{text:?} has no unit; write mm or deg behind it"))?;
+        let (number, scale) = found.ok_or_else(|| {
+            format!("{text:?} does not end in mm or deg; write one of them behind the number")
+        })?;
         Self::read(number, scale)
     }
 }
@@ -308,8 +329,9 @@ impl KeptEncoder {
         };
         let mut differences: Vec<_> = new.values.iter().filter_map(differs).collect();
         if new.model != self.model {
-            differences.push(format!("model: {} in the file, the encoder is a {}", self.model, new.model));
+            differences.push(format!("model: {} in the file, not {}", self.model, new.model));
         }
+        differences.extend(self.label.other_unit(&new.label));
         if !differences.is_empty() {
             return Err(differences);
         }
@@ -384,7 +406,45 @@ impl KeptEncoder {
         let marks = marks.collect::<Result<_, _>>()?;
         let kept = Self { model, label, taken, marks, remarks: Vec::new(), values, parts };
         kept.whole()?;
+        kept.marks_fit()?;
         Ok(kept)
+    }
+
+    /// The largest position that its values allow; none of a file without a measuring length can be told.
+    #[must_use]
+    pub fn largest_position(&self) -> u32 {
+        let length = self.value(Parameter::MeasuringLength).unwrap_or(word::DATA_MAX);
+        self.model.largest_position(length)
+    }
+
+    /// Each mark is a position that the values allow, and each name means one place.
+    fn marks_fit(&self) -> Result<(), Wrong> {
+        let largest = self.largest_position();
+        for (k, mark) in self.marks.iter().enumerate() {
+            let at = |key: &str, problem: String| Wrong::at(key, problem).inside_item(k).inside("mark");
+            if mark.shown > largest {
+                let problem = format!(
+                    "shown = {}, and measuring_length = {largest}: the encoder cannot show it; correct one of them, or take \
+                     the mark out",
+                    mark.shown
+                );
+                return Err(at("shown", problem));
+            }
+            let earlier = self.marks.iter().take(k).enumerate().find(|(_, other)| other.name == mark.name);
+            if let Some((first, other)) = earlier {
+                let problem = format!(
+                    "{:?} is the name of two marks: number {} with shown = {}, and number {} with shown = {}; give one of \
+                     them another name",
+                    mark.name,
+                    first + 1,
+                    other.shown,
+                    k + 1,
+                    mark.shown
+                );
+                return Err(at("name", problem));
+            }
+        }
+        Ok(())
     }
 
     /// What was read from an encoder holds every parameter of it, or says that it could not be read.

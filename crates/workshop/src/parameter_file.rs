@@ -396,6 +396,29 @@ mod tests {
     }
 
     #[test]
+    fn a_mark_above_the_measuring_length_and_two_marks_of_one_name_are_refused_with_their_line() {
+        let marks = |marks: &str| {
+            format!("version = 1\nmodel = \"ce-65-m\"\n{marks}[parameters]\nmeasuring_length = 9999\n")
+        };
+        let mark = |name: &str, shown: u32| format!("[[mark]]\nname = \"{name}\"\nshown = {shown}\n");
+        assert!(ParameterFile::parse("p.toml", &marks(&mark("a", 9_999))).is_ok());
+        assert!(refusal(&marks(&mark("a", 10_000))).starts_with(
+            "p.toml line 5: shown = 10000, and measuring_length = 9999: the encoder cannot show it"
+        ));
+        // A rod shows positions beyond its length.
+        assert!(
+            ParameterFile::parse("p.toml", &marks(&mark("a", 10_000)).replace("ce-65-m", "la-66")).is_ok()
+        );
+        let twice = refusal(&marks(&(mark("a", 1) + &mark("b", 1) + &mark("a", 2))));
+        assert!(
+            twice.starts_with(
+                "p.toml line 10: \"a\" is the name of two marks: number 1 with shown = 1, and number 3 with shown = 2"
+            ),
+            "{twice}"
+        );
+    }
+
+    #[test]
     fn files_of_several_encoders_say_which_of_them_is_wrong() {
         let encoder = "[[encoder]]\nmodel = \"la-66\"\n[encoder.parameters]\nmeasuring_length = 1\n";
         let file = format!("version = 1\nencoders = 2\n{encoder}{encoder}");

@@ -81,6 +81,12 @@ impl Reconstruction {
             ));
         }
         told.unknown.extend(findings.notes.iter().cloned());
+        if let Some(refused) = &findings.refused {
+            told.unknown.push(format!(
+                "which values counted: the data check refused them together, or an error was pending ({refused}). Give the \
+                 words that the program sends now: --word"
+            ));
+        }
         if findings.presets().is_empty() {
             told.unknown.push(
                 "the zero: no word has it. A place whose position is known, and a preset there, settle it"

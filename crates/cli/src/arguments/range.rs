@@ -186,6 +186,8 @@ pub(crate) struct Wanted {
     pub(crate) values: Vec<(Parameter, ParameterChange)>,
     /// What whoever programs it must know.
     pub(crate) warnings: Vec<Note>,
+    /// The position that a preset shall make afterwards, if that is known before.
+    pub(crate) zero: Option<u32>,
 }
 
 /// The values of a range for an encoder of a model. `steps_per_turn` are the most that it can have.
@@ -215,7 +217,7 @@ pub(crate) fn wanted(range: &Range, model: Model, steps_per_turn: Option<u32>) -
             (values, linear_notes(arguments.length_mm, arguments.resolution_mm, model, &found))
         }
     };
-    Ok(Wanted { values, warnings: notes.into_iter().filter(Note::warns).collect() })
+    Ok(Wanted { values, warnings: notes.into_iter().filter(Note::warns).collect(), zero: None })
 }
 
 fn turns_outside(given: Turns, outside: TurnsOutside) -> String {

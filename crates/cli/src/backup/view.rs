@@ -47,7 +47,11 @@ impl EncoderView {
             parameters: values
                 .map(|(parameter, value)| ParameterView::new(parameter, target.model, value))
                 .collect(),
-            unreadable: kept.unreadable().iter().map(|parameter| parameter.key()).collect(),
+            unreadable: readings
+                .values()
+                .filter(|(_, value)| value.is_none())
+                .map(|(parameter, _)| parameter.key())
+                .collect(),
             marks: kept.marks.iter().map(MarkView::new).collect(),
             shown: Some(shown.to_string()),
             error_bit: InWord::error_bit(shown),
@@ -69,6 +73,11 @@ impl EncoderView {
         }
     }
 
+    /// The file that is there already has marks of its own.
+    pub(super) fn holds(&mut self, kept: &KeptEncoder) {
+        self.marks = kept.marks.iter().map(MarkView::new).collect();
+    }
+
     pub(super) const fn is_failed(&self) -> bool {
         self.failed.is_some()
     }
@@ -78,6 +87,11 @@ impl BackupView {
     pub(super) fn new(file: String, result: &'static str, encoders: Vec<EncoderView>) -> Self {
         let mut text = vec![match result {
             "written" => format!("kept in {file}"),
+            "updated" if encoders.iter().any(|encoder| !encoder.unreadable.is_empty()) => {
+                format!(
+                    "{file} was updated; a value that was not read now was not compared, and stays as the file had it"
+                )
+            }
             "updated" => format!("{file} was updated"),
             "already_there" => format!("{file} is there already and holds the same; it was left as it is"),
             _ => "nothing was read, so nothing was kept".to_owned(),

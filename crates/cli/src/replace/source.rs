@@ -1,5 +1,6 @@
 //! What is known of the old unit.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -51,12 +52,7 @@ impl Source {
         }
         if !arguments.known.is_empty() {
             let model = model(arguments, dialog)?;
-            return positions(
-                arguments,
-                model,
-                &arguments.known,
-                arguments.mm_per_turn.or(arguments.length_mm),
-            );
+            return positions(arguments, model, &arguments.known, length(arguments, model)?);
         }
         if dialog.is_silent() {
             return Err(missing(
@@ -194,8 +190,16 @@ fn words(model: Model, list: &[String], bare: Bare) -> Result<Source, String> {
 
 fn of_words(kind: &'static str, model: Model, findings: &WordFindings) -> Source {
     let mut source = Source::reconstructed(kind, Reconstruction::from_words(model, findings));
-    source.kept.marks = findings
-        .presets()
+    let largest = source.kept.largest_position();
+    let (fit, beyond): (Vec<_>, Vec<_>) =
+        findings.presets().into_iter().partition(|preset| preset.value <= largest);
+    source.unknown.extend(beyond.into_iter().map(|preset| {
+        format!(
+            "the place where {} is preset ({}): it is above the measuring length {largest}, so the encoder refuses it",
+            preset.value, preset.place
+        )
+    }));
+    source.kept.marks = fit
         .into_iter()
         .map(|preset| MachineMark {
             name: format!("the place where {} is preset", preset.value),
@@ -212,6 +216,7 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
     let file = open(path, RECORDING_BYTES_MAX).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
     let mut reader = arguments.table.reader(&name, file)?;
     let (mut several, mut failed, mut seen) = (None, None, false);
+    let (mut of_it, mut positions) = (false, BTreeSet::new());
     let rows = reader.by_ref().map_while(|row| match row {
         Ok(row) => Some(row),
         Err(error) => {
@@ -230,7 +235,10 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
             _ => None,
         };
         seen |= word.is_some();
-        (at.is_none() || here.is_none() || here == at).then(|| (word, format!("{name} line {}", row.line)))
+        let meant = at.is_none() || here.is_none() || here == at;
+        of_it |= meant;
+        positions.extend(here);
+        meant.then(|| (word, format!("{name} line {}", row.line)))
     });
     let findings = WordFindings::recorded(model, rows);
     if let Some(error) = failed {
@@ -238,6 +246,13 @@ fn recording(arguments: &Arguments, model: Model, path: &Path) -> Result<Source,
     }
     if several.is_some() {
         return Err(bad_input(format!("{name} is of several encoders; --at POSITION tells which")));
+    }
+    if let Some(at) = at.filter(|_| !of_it && !positions.is_empty()) {
+        let positions: Vec<_> = positions.iter().map(ToString::to_string).collect();
+        return Err(bad_input(format!(
+            "position {at} is not in {name}; it has the positions {}",
+            positions.join(", ")
+        )));
     }
     tell_doubts(&reader, &name);
     let mut source = of_words("recording", model, &findings);
@@ -259,7 +274,7 @@ fn asked_positions(arguments: &Arguments, dialog: &Dialog, model: Model) -> Resu
     let known = known.collect::<Result<Vec<_>, _>>().map_err(bad_input)?;
     let rod = model.sensor_kind() == SensorKind::Linear;
     let in_degrees = known.iter().all(|known| known.reference.scale == ReferenceUnit::Degrees);
-    let length = match arguments.mm_per_turn.or(arguments.length_mm) {
+    let length = match length(arguments, model)? {
         None if in_degrees && !rod => None,
         None if rod => Some(asked_ratio(dialog, "Length of the rod on the type label, in mm: ")?),
         None => Some(asked_ratio(
@@ -269,6 +284,43 @@ fn asked_positions(arguments: &Arguments, dialog: &Dialog, model: Model) -> Resu
         given => given,
     };
     positions(arguments, model, &known, length)
+}
+
+/// What a turn or the rod is in mm; the option of the one is none of the other.
+fn length(arguments: &Arguments, model: Model) -> Result<Option<Ratio>, Failure> {
+    let (own, other, told) = match model.sensor_kind() {
+        SensorKind::Linear => (
+            arguments.length_mm,
+            arguments.mm_per_turn,
+            "--mm-per-turn: a rod has no turns; give --length-mm",
+        ),
+        SensorKind::Rotary => (
+            arguments.mm_per_turn,
+            arguments.length_mm,
+            "--length-mm: a shaft has no length; give --mm-per-turn",
+        ),
+    };
+    match other {
+        Some(_) => Err(bad_input(format!("{told} for a {model}"))),
+        None => Ok(own),
+    }
+}
+
+/// No two places of a rod are farther apart than it is long.
+fn within_rod((numerator, denominator): (u128, u128), known: &[KnownPosition]) -> Result<(), Failure> {
+    let place = |known: &&KnownPosition| known.reference.millionths;
+    let (Some(first), Some(last)) = (known.iter().min_by_key(place), known.iter().max_by_key(place)) else {
+        return Ok(());
+    };
+    let inexact = u64::from(first.reference.digit / 2) + u64::from(last.reference.digit / 2);
+    let apart = place(&last).abs_diff(place(&first)).saturating_sub(inexact);
+    if u128::from(apart).saturating_mul(denominator) > numerator.saturating_mul(1_000_000) {
+        return Err(bad_input(format!(
+            "--known: {} and {} are farther apart than the rod is long; correct them, or --length-mm",
+            first.reference, last.reference
+        )));
+    }
+    Ok(())
 }
 
 #[expect(clippy::disallowed_methods, reason = "a length with decimals, which `host::scaling` reads")]
@@ -370,6 +422,9 @@ fn way(
         }
         (ReferenceUnit::Millimetres, _, Some(length)) => (length.numerator(), length.denominator()),
     };
+    if rod {
+        within_rod(length, known)?;
+    }
     let fewest = if rod { rod_grain(length) } else { fewest };
     Ok(MeasuredWay { length, unit, fewest_steps: fewest, most_steps: most })
 }

@@ -10,8 +10,8 @@ use serde::Serialize;
 
 use super::source::Source;
 use crate::arguments::bus::{Source as SaidBy, Target};
-use crate::output::Answer;
 use crate::output::wrap::wrapped;
+use crate::output::{Answer, Failure};
 use crate::presetting::PresetView;
 use crate::programming::ProgramView;
 use crate::told::{MarkView, TargetView};
@@ -31,6 +31,9 @@ pub(super) struct ReplaceView {
     zero: Vec<String>,
     /// What was left undone, in sentences.
     left: Vec<String>,
+    /// How it ended, if a step failed after the programming.
+    #[serde(skip)]
+    ended: Answer,
 }
 
 /// What is known of the old unit.
@@ -143,7 +146,8 @@ impl ReplaceView {
             marks: kept.marks.iter().map(MarkView::new).collect(),
         };
         let set = set_of(kept.model, &kept.values);
-        let zero = if source.can_be_programmed() {
+        // Of known positions the largest difference is told as assumed.
+        let zero = if source.can_be_programmed() && source.off_at_most == 0 {
             ZeroRestored::of(kept.model, &set, kept.label.native).told()
         } else {
             Vec::new()
@@ -158,6 +162,7 @@ impl ReplaceView {
             comparison: None,
             zero,
             left: Vec::new(),
+            ended: Answer::Yes,
         }
     }
 
@@ -192,6 +197,19 @@ impl ReplaceView {
         self.left.push(what.to_owned());
     }
 
+    /// Whether there is a report of the programming.
+    pub(super) const fn has_programmed(&self) -> bool {
+        self.program.is_some()
+    }
+
+    /// A step after the programming failed; what was done before stays, and is told.
+    pub(super) fn failed(&mut self, failure: Failure) -> Result<(), Failure> {
+        let (why, ended) = failure.after_the_fact()?;
+        self.left.push(why);
+        self.ended = ended;
+        Ok(())
+    }
+
     pub(super) fn answer(&self, dry_run: bool) -> Answer {
         let program = self.program.as_ref();
         let programmed = program.map_or(Answer::No, ProgramView::answer);
@@ -202,6 +220,7 @@ impl ReplaceView {
             },
             self.preset_answer().unwrap_or(Answer::Yes),
             self.comparison.as_ref().map_or(Answer::Yes, ComparisonView::answer),
+            self.ended,
         ])
     }
 }

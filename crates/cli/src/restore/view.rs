@@ -7,8 +7,8 @@ use encoring_workshop::{KeptEncoder, MachineMark};
 use serde::Serialize;
 
 use crate::arguments::bus::{Source, Target};
-use crate::output::Answer;
 use crate::output::wrap::wrapped;
+use crate::output::{Answer, Failure};
 use crate::presetting::PresetView;
 use crate::programming::ProgramView;
 use crate::told::MarkView;
@@ -18,6 +18,12 @@ pub(super) struct RestoreView {
     file: String,
     #[serde(flatten)]
     program: ProgramView,
+    /// That of the file.
+    #[serde(skip)]
+    file_model: &'static str,
+    /// How the zero ended, if it was begun and has no report of its own.
+    #[serde(skip)]
+    zero_ended: Answer,
     /// The model was seen, not only taken from the file.
     model_seen: bool,
     /// What another model does not take: sentences.
@@ -91,6 +97,8 @@ impl RestoreView {
         Self {
             file: file.to_owned(),
             program,
+            file_model: kept.model.name(),
+            zero_ended: Answer::Yes,
             model_seen: target.source == Source::Ring,
             not_carried_over: lost,
             not_in_file: unread.collect(),
@@ -115,13 +123,22 @@ impl RestoreView {
         self.zero.insert(0, format!("The zero was not made: {why}."));
     }
 
+    /// The zero could not be made; what is programmed stays, and is told.
+    pub(super) fn zero_failed(&mut self, failure: Failure) -> Result<(), Failure> {
+        let (why, ended) = failure.after_the_fact()?;
+        self.zero_left(&why);
+        self.zero_ended = ended;
+        Ok(())
+    }
+
     pub(super) fn answer(&self, dry_run: bool) -> Answer {
         let program = match self.program.answer() {
             Answer::Yes if dry_run && self.program.differs() => Answer::No,
             Answer::Yes if !self.not_in_file.is_empty() => Answer::Unknown,
             answer => answer,
         };
-        Answer::of_all([program, self.preset.as_ref().map_or(Answer::Yes, PresetView::answer)])
+        let preset = self.preset.as_ref().map_or(Answer::Yes, PresetView::answer);
+        Answer::of_all([program, preset, self.zero_ended])
     }
 }
 
@@ -155,7 +172,9 @@ impl fmt::Display for RestoreView {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.program)?;
         if !self.model_seen {
-            writeln!(f, "the model was not seen: no word tells it, the file says {}", self.program.model())?;
+            let model = self.program.model();
+            let said_by = if model == self.file_model { "the file" } else { "--as" };
+            writeln!(f, "the model was not seen: no word tells it, {said_by} says {model}")?;
         }
         self.not_carried_over.iter().try_for_each(|lost| writeln!(f, "not carried over: {lost}"))?;
         self.not_in_file.iter().try_for_each(|lost| writeln!(f, "not restored: {lost}"))?;

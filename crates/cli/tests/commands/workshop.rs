@@ -16,6 +16,18 @@ fn with_long_lines(text: &str) -> String {
     format!("{text}\n{}", text.split_whitespace().collect::<Vec<_>>().join(" "))
 }
 
+/// The arguments of a command; words in quotes are one.
+fn quoted(command: &str) -> Vec<String> {
+    let mut arguments = Vec::new();
+    for (k, part) in command.split('\'').enumerate() {
+        match k % 2 {
+            0 => arguments.extend(part.split_whitespace().map(str::to_owned)),
+            _ => arguments.push(part.to_owned()),
+        }
+    }
+    arguments
+}
+
 /// A folder with a ring that remembers.
 pub(super) struct Bench(tempfile::TempDir);
 
@@ -40,16 +52,14 @@ impl Bench {
         encoring_in(self.path(), &command.split(' ').collect::<Vec<_>>(), b"")
     }
 
+    /// The same with words in quotes.
+    fn answered_alone(&self, command: &str) -> Run {
+        encoring_in(self.path(), &quoted(command), b"")
+    }
+
     /// Runs a command that asks, with these answers through a pipe.
     fn answered(&self, command: &str, answers: &str) -> Run {
-        let mut arguments = Vec::new();
-        // Words in quotes are one argument.
-        for (k, part) in command.split('\'').enumerate() {
-            match k % 2 {
-                0 => arguments.extend(part.split_whitespace().map(str::to_owned)),
-                _ => arguments.push(part.to_owned()),
-            }
-        }
+        let mut arguments = quoted(command);
         let ring = ["--bus", "sim:ring.toml", "--state", "memories", "--journal", "journal"];
         let journal = ["read", "write", "program", "restore", "replace"].contains(&arguments[0].as_str());
         arguments.extend(ring[..if journal { 6 } else { 4 }].iter().map(|word| (*word).to_owned()));
@@ -282,15 +292,94 @@ fn a_broken_encoder_is_replaced_by_options() {
     assert!(other.contains("-1000 against the old unit"), "{other}");
     let none = bench.out("replace --from axis.toml --yes --set-at nowhere", 2);
     assert!(none.contains("\"nowhere\" is no mark of the old unit; there are: \"stop left\""), "{none}");
+    // A comparison leaves nothing undone.
+    assert!(!compared.contains("left undone"), "{compared}");
+}
+
+#[test]
+fn a_zero_that_the_values_do_not_allow_is_refused_before_anything_is_written() {
+    let bench = replaced();
+    let text = bench.file("axis.toml");
+    for place in ["10000", "nowhere"] {
+        let command = format!("replace --from axis.toml --yes --set-at {place}");
+        assert_eq!(bench.run(&command).code, Some(2), "{command}");
+    }
+    let told = bench.out("replace --from axis.toml --yes --set-at 10000", 2);
+    assert!(told.contains("10000 is above the measuring length 9999; nothing was written"), "{told}");
+    fs::write(bench.path().join("axis.toml"), text.replace("shown = 5000", "shown = 21700")).unwrap();
+    for command in [
+        "replace --from axis.toml --yes --set-at 'stop left'",
+        "restore axis.toml --yes",
+        "restore axis.toml --dry-run",
+    ] {
+        let refused = bench.out(command, 2);
+        assert!(refused.contains("shown = 21700, and measuring_length = 9999"), "{command}: {refused}");
+    }
+    let words = "--model ce-65-m --word C200270F --word C300000A --word C9000001 --word C6002710";
+    let words =
+        bench.out(&format!("replace {words} --at 2 --yes --set-at 'the place where 10000 is preset'"), 2);
+    assert!(words.contains("is no mark of the old unit; there are: none"), "{words}");
+    // The measuring length of the new unit counts if the file has none.
+    let partial = "version = 1\nmodel = \"ce-65-m\"\n[parameters]\nssi_values = 25\n";
+    fs::write(bench.path().join("partial.toml"), partial).unwrap();
+    bench.out("program --at 2 --yes rotary --steps-per-turn 1000 --turns 5", 0);
+    let partial = bench.out("replace --from partial.toml --at 2 --yes --set-at 5000", 2);
+    assert!(partial.contains("5000 is above the measuring length 4999; nothing was written"), "{partial}");
+    assert!(bench.out("read ssi-values --at 2", 0).contains("24"));
+}
+
+#[test]
+fn the_length_of_a_rod_and_the_way_of_a_turn_are_not_taken_for_one_another() {
+    let bench = Bench::new();
+    let known = |more: &str| {
+        format!("replace {more} --yes --known '0=0 mm' --known '5000=300 mm' --known '10000=600 mm'")
+    };
+    let run = |more: &str| {
+        let Run { code, err, .. } = bench.answered_alone(&known(more));
+        assert_eq!(code, Some(2), "{more}: {err}");
+        with_long_lines(&err)
+    };
+    assert!(
+        run("--model la-66 --mm-per-turn 5").contains("--mm-per-turn: a rod has no turns; give --length-mm")
+    );
+    assert!(
+        run("--model ce-100-m --length-mm 500")
+            .contains("--length-mm: a shaft has no length; give --mm-per-turn")
+    );
+    let far = run("--model la-66 --length-mm 500");
+    assert!(far.contains("0 mm and 600 mm are farther apart than the rod is long"), "{far}");
+    assert_ne!(bench.answered_alone(&known("--model la-66 --length-mm 600")).code, Some(2));
+}
+
+#[test]
+fn an_update_keeps_one_unit_in_a_file_and_its_marks_are_told() {
+    let bench = Bench::new();
+    bench.out("backup a.toml --at 2 --serial 111 --mark A", 0);
+    let again = bench.out("backup a.toml --at 2", 0);
+    assert!(again.contains("holds the same") && !again.contains("no mark is kept"), "{again}");
+    let text = bench.file("a.toml");
+    let other = bench.out("backup a.toml --update --serial 999", 1);
+    assert!(other.contains("serial: 111 in the file, not 999"), "{other}");
+    let model = bench.out("backup a.toml --update --at 2 --mark 'B=1 mm' --mark 'C=2 mm'", 2);
+    assert!(model.contains("the machine cannot stand at 1 mm and at 2 mm"), "{model}");
+    let ring = RING.replace("ce-65-m", "ce-100-m");
+    fs::write(bench.path().join("ring.toml"), ring).unwrap();
+    fs::remove_dir_all(bench.path().join("memories")).unwrap();
+    let model = bench.out("backup a.toml --update --mark B", 1);
+    assert!(model.contains("the encoder at position 2 is a ce-100-m; nothing was read"), "{model}");
+    assert_eq!(bench.file("a.toml"), text);
 }
 
 #[test]
 fn a_broken_encoder_is_replaced_by_answers_through_a_pipe() {
     let bench = replaced();
-    // A backup, its name, connected, yes, the first mark, yes, the first mark again to compare.
-    let Run { code, out, err } = bench.answered("replace --at 2", "1\naxis.toml\n\ny\n1\ny\n1\n");
-    assert_eq!(code, Some(0), "{out}{err}");
-    assert!(out.contains("compared: mark \"stop left\" (0 mm): 5000, now 5000: equal"), "{out}{err}");
+    let mark = "[[mark]]\nname = \"same\"\nshown = 5010\n\n[parameters]";
+    fs::write(bench.path().join("axis.toml"), bench.file("axis.toml").replace("[parameters]", mark)).unwrap();
+    // A backup, its name, connected, yes, a position that there is not, the first mark, yes, the other mark to compare.
+    let Run { code, out, err } = bench.answered("replace --at 2", "1\naxis.toml\n\ny\n=10000\n1\ny\n1\n");
+    assert_eq!(code, Some(1), "{out}{err}");
+    assert!(err.contains("10000 is above the measuring length 9999"), "{err}");
+    assert!(out.contains("compared: mark \"same\": 5010, now 5000: "), "{out}{err}");
     assert_eq!(err.matches("[y/N]").count(), 2, "{err}");
     // Whoever says no has changed nothing.
     let bench = replaced();
@@ -333,12 +422,12 @@ fn the_guide_takes_a_recording_and_so_do_foreign_tables_and_logs() {
     let rows =
         "Time [ms];in_high;in_low;Remark\n0;0000;0001;\n1;8200;270F;read\n2;0000;0001;\n3;8300;000A;read\n";
     fs::write(bench.path().join("plc.csv"), rows).unwrap();
-    let by_header = bench.answered("replace --at 2", "3\nce-65-m\nplc.csv\n\ny\n=100\ny\n=100\n");
+    let by_header = bench.answered("replace --at 2", "3\nce-65-m\nplc.csv\n\ny\n=100\ny\n=101\n");
     let Run { code, out, err } = by_header;
     assert_eq!(code, Some(0), "{out}{err}");
     assert!(err.contains("note: plc.csv: `;` separates the cells"), "{err}");
     assert!(with_long_lines(&out).contains("known measuring_length = 9999: plc.csv line 3"), "{out}");
-    assert!(out.contains("compared: mark \"position 100\": 100, now 100: equal"), "{out}");
+    assert!(out.contains("compared: mark \"position 101\": 101, now 100: -1"), "{out}");
     // By names that only a person can tell, and in decimal.
     let rows = "Zeit,ID 256\n0,1\n1,2181048079\n2,1\n3,2197815306\n";
     fs::write(bench.path().join("decimal.csv"), rows).unwrap();
@@ -363,14 +452,14 @@ fn the_guide_takes_a_recording_and_so_do_foreign_tables_and_logs() {
 fn the_guide_takes_known_positions_in_millimetres_and_in_degrees() {
     let bench = Bench::new();
     let mm = "4\nce-100-m\n0=0 mm\n5000=25 mm\n9000=45 mm\n\n5\n";
-    // Connected, yes, the second place, yes, the second place again to compare.
+    // Connected, yes, the second place, yes, the first place to compare, although the machine has not moved there.
     let Run { code, out, err } =
-        bench.answered("replace --at 1 --within '0.01 mm'", &format!("{mm}\ny\n2\ny\n2\n"));
-    assert_eq!(code, Some(0), "{out}{err}");
+        bench.answered("replace --at 1 --within '0.01 mm'", &format!("{mm}\ny\n2\ny\n1\n"));
+    assert_eq!(code, Some(1), "{out}{err}");
     assert!(err.contains("How far does the machine move in one turn of the encoder's shaft"), "{err}");
     assert!(out.contains("position now:    5000"), "{out}");
-    let equal = "25.00 mm): 5000, now 5000: equal: the old unit showed the same here";
-    assert!(with_long_lines(&out).contains(equal), "{out}");
+    let other = "0.00 mm): 0, now 5000: +5000 against the old unit";
+    assert!(with_long_lines(&out).contains(other), "{out}");
     let degrees = "4\nce-100-m\n0=0 deg\n250=90 deg\n750=270 deg\n\n";
     let Run { code, out, err } = bench.answered("replace --at 1 --no-wrap", &format!("{degrees}\ny\n\n"));
     assert_eq!(code, Some(0), "{out}{err}");

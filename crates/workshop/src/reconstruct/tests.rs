@@ -1,8 +1,10 @@
 //! Reconstruction from random encoders, judged by the manual's formula.
 
+use encoring_words::InWord;
 use encoring_words::Model;
 use encoring_words::Parameter;
 
+use super::Reconstruction;
 use super::positions::{KnownPosition, Line, MeasuredWay, Unsettled, WrapBetween};
 use super::words::{WordEvidence, WordFindings};
 use crate::kept::{Reference, ReferenceUnit};
@@ -265,5 +267,24 @@ fn a_mark_at_the_edge_of_a_step_restores_the_zero_everywhere_if_the_denominator_
             let shaft = chance.below(1 << 25) as i64 - (1 << 24);
             assert_eq!(new.shows(shaft), old.shows(shaft), "{old:?}, edge {edge}, at {shaft}");
         }
+    }
+}
+
+#[test]
+fn a_word_that_an_encoder_refuses_tells_nothing_and_a_refused_data_check_settles_nothing() {
+    let zero = WordFindings::noted(Model::Ce65M, [(0xC300_0000, "word".to_owned())]);
+    assert!(zero.values().is_empty() && zero.notes[0].contains("numerator = 0"), "{:?}", zero.notes);
+    let row = |word: u32| (Some(InWord(word)), format!("{word:08X}"));
+    let programmed = [0xC200_270F, 0x0000_0064, 0xC300_0001, 0x0000_0064];
+    for (check, counted) in [(0xA800_4000, false), (0x8800_0000, true)] {
+        let words = programmed.into_iter().chain([check, 0x64]);
+        let found = WordFindings::recorded(Model::Ce65M, words.map(row));
+        let told = Reconstruction::from_words(Model::Ce65M, &found);
+        assert_eq!(told.kept.values.len(), 2, "{check:08X}: {told:?}");
+        assert_eq!(
+            told.unknown.iter().any(|line| line.contains("which values counted")),
+            !counted,
+            "{told:?}"
+        );
     }
 }

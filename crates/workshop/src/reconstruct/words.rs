@@ -1,5 +1,6 @@
 //! Parameters from words: those noted in a PLC program, or those of a recording.
 
+use encoring_host::Request;
 use encoring_words::word::{In, Out, SERVICE_BIT, ServiceFields, ServiceNumber};
 use encoring_words::{Access, InWord, Model, OutWord, Parameter, Service};
 
@@ -15,6 +16,8 @@ pub struct WordFindings {
     presets: Vec<FoundPreset>,
     /// Words that tell nothing, and why.
     pub notes: Vec<String>,
+    /// The last data check of a recording refused the values together: its reply, and where.
+    pub refused: Option<String>,
 }
 
 /// A value that a word has.
@@ -50,7 +53,7 @@ pub enum WordEvidence<'a> {
 
 impl WordFindings {
     const fn new(model: Model) -> Self {
-        Self { model, found: Vec::new(), presets: Vec::new(), notes: Vec::new() }
+        Self { model, found: Vec::new(), presets: Vec::new(), notes: Vec::new(), refused: None }
     }
 
     /// From words that somebody noted, each with where it stood: requests or replies, the service bit set or not.
@@ -79,6 +82,10 @@ impl WordFindings {
             }
             last = input;
             let Some(In::Reply(fields)) = input.map(InWord::decode) else { continue };
+            if fields.service == ServiceNumber::Known(Service::DataCheck) {
+                let word = input.map_or(0, |word| word.0);
+                findings.refused = fields.error.then(|| format!("{place}: {word:08X}"));
+            }
             // With an error a write was refused, and a 0 that was read may be a record that cannot be.
             if fields.error {
                 continue;
@@ -128,6 +135,10 @@ impl WordFindings {
             }
             (None, _) => Ok(()),
             (Some(parameter), _) => match parameter.normalise(self.model, data) {
+                // What no request writes the encoder never took.
+                Ok(value) if Request::write(self.model, parameter, value).is_err() => {
+                    Err(format!("has {} = {data}, which a {{model}} refuses", parameter.key()))
+                }
                 Ok(value) => {
                     self.found.push(FoundValue { parameter, value, place });
                     Ok(())
