@@ -15,6 +15,9 @@ use crate::row::{ReadAs, Row};
 use crate::sample::Sighting;
 use crate::verdict::Judged;
 
+/// A word counts as a position at its place up to this distance from it: farther off replies are there by chance.
+const NEAR_MOST: i64 = 1 << 12;
+
 /// A word that is no position, and where the position should be.
 #[derive(Clone, Copy)]
 struct Outside {
@@ -40,7 +43,7 @@ pub(crate) fn finds(part: &Part<'_>, finds: &mut Vec<(Range<usize>, Judged)>) {
             word,
             out: row.out,
             should: should(part, at, row.time_ns),
-            near: (part.tolerance / 3).max(3),
+            near: (part.tolerance / 3).clamp(3, NEAR_MOST),
             way: part.way_of(at),
         };
         finds.push((at..at + rows, outside.judged()));
@@ -67,6 +70,9 @@ fn should(part: &Part<'_>, row: usize, time_ns: i64) -> Option<i64> {
 impl Outside {
     fn judged(&self) -> Judged {
         let (word, told) = (InWord(self.word), Hex(self.word));
+        if let Some(asked) = self.asked() {
+            return self.reply().since(evidence::asked(Hex(asked)));
+        }
         if self.is_there(self.word.rotate_left(16)) || self.is_in_the_same_65536(self.word.rotate_left(16)) {
             return Judged::certain(JumpCause::HalvesExchanged, evidence::exchanged(told));
         }
@@ -81,13 +87,9 @@ impl Outside {
             return Judged::certain(JumpCause::TornWords, evidence::half_of_position(told));
         }
         if word.service_bit() {
-            let judged = Judged::certain(
-                JumpCause::ReplyAsPosition,
-                evidence::reply(told, Hex(SERVICE.of(self.word))),
-            );
             return match self.out {
-                Some(out) if out >> 31 == 1 => judged.since(evidence::asked(Hex(out))),
-                _ => judged,
+                Some(out) if out >> 31 == 1 => self.reply().since(evidence::asked(Hex(out))),
+                _ => self.reply(),
             };
         }
         Judged::possible(JumpCause::Unclear, evidence::foreign_bits(told)).or(&[
@@ -95,6 +97,17 @@ impl Outside {
             JumpCause::Noise,
             JumpCause::OtherSource,
         ])
+    }
+
+    /// The OUT word beside it, if it asks for just this reply.
+    fn asked(&self) -> Option<u32> {
+        let request = |out: &u32| out >> 31 == 1 && SERVICE.of(*out) == SERVICE.of(self.word);
+        self.out.filter(request).filter(|_| InWord(self.word).service_bit())
+    }
+
+    fn reply(&self) -> Judged {
+        let service = Hex(SERVICE.of(self.word));
+        Judged::certain(JumpCause::ReplyAsPosition, evidence::reply(Hex(self.word), service))
     }
 
     fn decoded(&self, bits: u32) -> i64 {

@@ -68,6 +68,21 @@ fn a_reply_is_told_by_its_bit_31() {
 }
 
 #[test]
+fn a_reply_that_is_asked_for_is_one_also_where_the_axis_may_be_anywhere() {
+    // So seldom that the range can be passed in between; exchanged halves would be positions near 0.
+    let mut detector = Detector::new(Options::default());
+    for (row, word) in (0_u64..).zip([0, 0, 0x8800_0000, 0, 0, 0xC200_0001, 0, 0]) {
+        let reading = Sighting::Word(word);
+        let out = Some(if word == 0xC200_0001 { word } else { 0x8800_0000 });
+        let time_ns = row * 20_000_000;
+        detector.sample(Sample { line: row + 2, time_ns, position: 0, out, reading });
+    }
+    let causes: Vec<_> = detector.finish().episodes.iter().map(|episode| episode.cause).collect();
+    assert!(causes.contains(&JumpCause::ReplyAsPosition), "{causes:?}");
+    assert!(!causes.contains(&JumpCause::HalvesExchanged), "{causes:?}");
+}
+
+#[test]
 fn positions_that_begin_again_are_a_wrap() {
     let words = (0..300).map(|k| k * 100 % 10_000);
     assert_eq!(causes(words), [(102, JumpCause::Wrap), (202, JumpCause::Wrap)]);
