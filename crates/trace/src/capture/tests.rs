@@ -289,3 +289,12 @@ fn a_table_may_begin_with_a_byte_order_mark() {
     assert_eq!(names, ["Clock", "Data"]);
     assert_eq!(changes.len(), 2);
 }
+
+#[test]
+fn a_wire_that_a_simulator_names_in_two_scopes_is_one_line() {
+    let head = "$timescale 1 ns $end $scope module tb $end $var wire 1 ! clk $end $var wire 1 # data $end\n\
+                $scope module dut $end $var wire 1 ! clk $end $upscope $end $upscope $end $enddefinitions $end\n";
+    let (names, changes, _) = read(format!("{head}#0 1! 1#\n#5 0!\n").as_bytes()).unwrap();
+    assert_eq!(names, ["tb.clk", "tb.data"]);
+    assert_eq!(changes, [(0, 0b11, 0b11), (5, 0b10, 0b11)]);
+}

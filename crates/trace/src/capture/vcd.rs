@@ -1,6 +1,6 @@
 //! Value change dumps, IEEE 1364.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, Read};
 use std::ops::ControlFlow;
 
@@ -146,6 +146,7 @@ fn channel(words: &[String], scopes: &[String]) -> Option<(Vec<u8>, String)> {
 pub(super) fn head<R: Read>(source: R) -> Result<(Head, Vec<String>), Wrong> {
     let mut tokens = Tokens::new(source);
     let (mut unit_fs, mut codes, mut names) = (None, Vec::new(), Vec::new());
+    let mut known = BTreeSet::new();
     let mut scopes: Vec<String> = Vec::new();
     while tokens.advance()? {
         let line = tokens.line;
@@ -174,7 +175,10 @@ pub(super) fn head<R: Read>(source: R) -> Result<(Head, Vec<String>), Wrong> {
             }
             b"$var" => {
                 let words = tokens.section()?;
-                if let Some((code, name)) = channel(&words, &scopes) {
+                // A simulator names a wire in every scope that it passes; it is one line, by its first name.
+                if let Some((code, name)) = channel(&words, &scopes)
+                    && known.insert(code.clone())
+                {
                     if names.len() == CHANNELS_MAX {
                         return Err(wrong_line(line, format!("more than {CHANNELS_MAX} single bits")));
                     }

@@ -180,7 +180,11 @@ fn bad_captures_are_refused_with_the_place() {
     // A thousand times too slow: no transfer is whole, and no clock found.
     let slow = captures.text("slow.vcd", &text.replace("1 ns", "1 us"));
     refused(&slow, &[], "no line is clocked as an SSI");
-    refused(&slow, &[], "Correct the time scale or the sample rate if it is wrong; name them with --clock NAME");
+    refused(
+        &slow,
+        &[],
+        "Correct the time scale or the sample rate if it is wrong; name them with --clock NAME",
+    );
     let still = captures.text("still.csv", "Time [s],a,b\n0,1,1\n1,1,1\n");
     refused(&still, &[], "no line is clocked as an SSI");
     refused(&still, &["--clock", "x", "--data", "b"], "--clock \"x\": ");
