@@ -1,5 +1,8 @@
 //! One encoder on a bus, and the master that carries its services out.
 
+#[cfg(test)]
+mod tests;
+
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -71,6 +74,30 @@ pub enum Behind {
     /// The last trouble with the bus.
     #[error(transparent)]
     Bus(#[from] BusError),
+    /// OUT was looked at when the time was over, and the gateway had not let the word through as it was.
+    #[error(
+        "OUT holds {out} instead of the {ours} written here: the gateway turns written words round, {} \
+         (`order_out` in its address is for halves), and `encoring probe` looks for it", .way.name()
+    )]
+    Turned {
+        /// The OUT word that stands on the bus.
+        out: OutWord,
+        /// What was written last.
+        ours: OutWord,
+        /// How the one is the other.
+        way: Misread,
+    },
+    /// OUT was looked at when the time was over, and nothing stood there.
+    #[error(
+        "OUT holds {out} instead of the {ours} written here: the gateway has let its outputs fall, does not write what \
+         it acknowledges, or shows other registers; `encoring probe` looks for them"
+    )]
+    NotThere {
+        /// The OUT word that stands on the bus.
+        out: OutWord,
+        /// What was written last.
+        ours: OutWord,
+    },
     /// OUT was looked at when the time was over, and another master had written it.
     #[error("OUT holds {out} instead of the {ours} written here: another master writes it")]
     OtherMaster {
@@ -159,8 +186,8 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     /// The user wanted to when nothing could be given up any more.
     stop_next: bool,
     last_error: Option<BusError>,
-    /// OUT as it stood at the end of the last time-out, and what was written here, if they differ.
-    overwritten: Option<(OutWord, OutWord)>,
+    /// What OUT told at the end of the last time-out, if it was not what was written here.
+    not_ours: Option<Behind>,
     observe: Option<Observe<'a>>,
 }
 
@@ -191,7 +218,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             stops: 0,
             stop_next: false,
             last_error: None,
-            overwritten: None,
+            not_ours: None,
             observe: None,
         };
         let mut standing = master.read_out()?;
@@ -203,6 +230,8 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             standing = master.read_out()?;
         }
         if standing.service_bit() {
+            // Where IN is nobody's, OUT is not read as it is either.
+            master.readable()?;
             return Err(MasterError::OtherMaster { out: standing });
         }
         master.session = Session::new(timing, standing);
@@ -214,11 +243,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         self.observe = Some(Box::new(observe));
     }
 
-    /// What may be behind the last time-out: another master, else the last trouble with the bus.
+    /// What may be behind the last time-out: what OUT tells, else the last trouble with the bus.
     #[must_use]
     pub fn behind(&self) -> Option<Behind> {
-        let other = self.overwritten.map(|(out, ours)| Behind::OtherMaster { out, ours });
-        other.or_else(|| self.last_error.clone().map(Behind::Bus))
+        self.not_ours.clone().or_else(|| self.last_error.clone().map(Behind::Bus))
     }
 
     /// The bus.
@@ -319,12 +347,19 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         }
     }
 
-    /// OUT, and what was written here, if another master has written it meanwhile.
-    fn overwritten_now(&mut self) -> Option<(OutWord, OutWord)> {
+    /// What OUT tells, if it is not what was written here last.
+    fn not_ours_now(&mut self) -> Option<Behind> {
         let (ours, out) = (self.written?, self.bus.out(self.position).ok()?);
-        // A gateway may have let its outputs fall, or carry a word of ours out late or spoilt.
-        let other = out != ours && out != OutWord(0) && !self.is_ours(out);
-        other.then_some((out, ours))
+        if out == ours {
+            return None;
+        }
+        match Misread::ALL.into_iter().find(|way| way.read(InWord(ours.0)).0 == out.0) {
+            Some(way) => Some(Behind::Turned { out, ours, way }),
+            None if out == OutWord(0) => Some(Behind::NotThere { out, ours }),
+            // The gateway carries a word of ours out late.
+            None if self.is_unanswered(out) => None,
+            None => Some(Behind::OtherMaster { out, ours }),
+        }
     }
 
     /// Refuses to write where IN shows what no encoder sends: OUT would be written as wrongly as IN is read.
@@ -561,7 +596,7 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             out = next;
             if let Some(outcome) = outcome {
                 if matches!(outcome, Outcome::TimedOut(_)) {
-                    self.overwritten = self.overwritten_now();
+                    self.not_ours = self.not_ours_now();
                 }
                 return Ok(outcome);
             }

@@ -368,6 +368,8 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         for (sight, nobodys) in self.poll.sights.iter().zip(&mut self.nobodys) {
             if let Some(word) = sight.input.filter(|word| !can_be_sent(*word)) {
                 *nobodys = Some((sight.at, word));
+                // OUT was not read as it is either.
+                continue;
             }
             let doubted = nobodys.is_some_and(|(at, _)| sight.at.since(at) < DOUBTED_FOR);
             let (Ok(position), Some(seen)) = (u8::try_from(sight.position), sight.observed()) else {

@@ -19,7 +19,7 @@ use crate::acknowledging::Acknowledging;
 use crate::arguments::{Lasting, Output, Pace, span, whole};
 use crate::bus::{AnyBus, Opened};
 use crate::interrupt::awaiting_reader;
-use crate::news::{Calendar, News, news};
+use crate::news::{Calendar, News, TurnedRound, news};
 use crate::output::printer::Printer;
 use crate::output::progress::Progress;
 use crate::output::time::seconds;
@@ -219,6 +219,7 @@ struct Logging<'a> {
     verdicts: [u64; Judgement::WORDS.len()],
     faults: Faults,
     causes: Causes,
+    turned_round: TurnedRound,
     polls: u64,
     flushed: Clock,
     shown: Clock,
@@ -250,6 +251,7 @@ impl<'a> Logging<'a> {
             due,
             faults: Faults::default(),
             causes: Causes::default(),
+            turned_round: TurnedRound::default(),
             before,
             verdicts,
             polls: 0,
@@ -293,6 +295,9 @@ impl<'a> Logging<'a> {
             self.faults.take(poll);
             let caused = self.causes.take(poll, watch.subjects());
             self.causes(caused, poll.at)?;
+            for event in self.turned_round.take(&watch, &self.calendar) {
+                self.event(&event)?;
+            }
             let now = Clock::now();
             if now.duration_since(self.flushed) >= FLUSH_EVERY {
                 self.flushed = now;

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::time::{Duration as Real, SystemTime};
 
-use encoring_bus::watch::Poll;
-use encoring_bus::{Link, RingNews};
+use encoring_bus::misread::Misread;
+use encoring_bus::watch::{Poll, Watch};
+use encoring_bus::{Bus, Link, RingNews};
 use encoring_diagnosis::FoundView;
 use encoring_host::referee::Vantage;
 use encoring_host::validity::Stop;
@@ -59,6 +60,24 @@ pub(crate) struct News {
     /// What somebody who looks on can do now.
     #[serde(skip)]
     pub(crate) advice: Option<String>,
+}
+
+/// The encoders whose words a gateway turns round, each told once.
+#[derive(Debug, Default)]
+pub(crate) struct TurnedRound(Vec<(usize, Misread)>);
+
+impl TurnedRound {
+    /// What the last poll has brought to light.
+    pub(crate) fn take<B: Bus + ?Sized>(&mut self, watch: &Watch<'_, B>, calendar: &Calendar) -> Vec<News> {
+        let at = watch.latest().at;
+        let ways = watch.subjects().iter().filter_map(|subject| {
+            let position = subject.position;
+            watch.misread(position).map(|way| (position, way))
+        });
+        let new: Vec<_> = ways.filter(|known| !self.0.contains(known)).collect();
+        self.0.extend(&new);
+        new.into_iter().map(|(position, way)| News::of_turned_round(position, way, at, calendar)).collect()
+    }
 }
 
 /// What a ring's master says.
@@ -177,6 +196,20 @@ impl News {
         let Caused { position, found } = caused;
         let text = found.to_string();
         Self { position: Some(position), found: Some(found), ..Self::of_ring("cause", at, calendar, &text) }
+    }
+
+    /// Of words that no encoder sends, and that are one's if they are read in another way.
+    fn of_turned_round(position: usize, way: Misread, at: Instant, calendar: &Calendar) -> Self {
+        let cure = match way {
+            Misread::Halves => "`order_in` in the bus address is for that",
+            Misread::Bytes | Misread::HalvesAndBytes => "the gateway has a setting for the order of bytes",
+        };
+        let text = format!(
+            "IN is nobody's as it comes; with {} it is an encoder's: {cure}, and `encoring probe` tells more while the \
+             axis moves",
+            way.name()
+        );
+        Self { position: Some(position), ..Self::of_ring("misread", at, calendar, &text) }
     }
 
     /// What happened, and to whom.

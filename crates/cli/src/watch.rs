@@ -19,7 +19,7 @@ use serde::Serialize;
 use crate::acknowledging::Acknowledging;
 use crate::arguments::{Lasting, Output, every};
 use crate::bus::AnyBus;
-use crate::news::{Calendar, News, news};
+use crate::news::{Calendar, News, TurnedRound, news};
 use crate::output::printer::Printer;
 use crate::output::time::seconds;
 use crate::output::{Answer, Failure, Format};
@@ -93,6 +93,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         world: opened.world.clone(),
         calendar,
         untold,
+        turned_round: TurnedRound::default(),
         acknowledging: Acknowledging::by_signal()?,
         faults: arguments.exit_on_fault.then(Faults::default),
         causes: Causes::default(),
@@ -113,6 +114,7 @@ struct Watched<'a> {
     calendar: Calendar,
     /// What is still to be said of a ring of which nobody tells whether it runs.
     untold: Option<&'static str>,
+    turned_round: TurnedRound,
     acknowledging: Acknowledging,
     /// Those that it is to end with.
     faults: Option<Faults>,
@@ -139,6 +141,7 @@ impl Watched<'_> {
         if let Some(text) = self.untold.take() {
             news.push(News::of_ring("ring_untold", at, &self.calendar, text));
         }
+        news.extend(self.turned_round.take(&self.watch, &self.calendar));
         for caused in self.causes.take(poll, self.watch.subjects()) {
             news.push(News::of_cause(caused, at, &self.calendar));
         }

@@ -108,7 +108,10 @@ fn text(sight: &Sight, status: Option<&StatusView>) -> Vec<String> {
     match &sight.verdict {
         Judgement::Valid(_) | Judgement::Unchecked(_) => Vec::new(),
         Judgement::Stale { age } => {
-            vec![format!("the word may be {} old: the ring stands still", span(*age))]
+            vec![format!(
+                "the word may be {} old: the ring stands still, or the gateway answers late",
+                span(*age)
+            )]
         }
         Judgement::RingStopped(diagnosis) => vec![diagnosis.to_string()],
         Judgement::Faulty(_) => {

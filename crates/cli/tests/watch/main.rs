@@ -452,3 +452,24 @@ fn a_diagnosis_that_the_gateway_refuses_is_told_once_and_is_no_fault_of_an_encod
     assert!(lines.last().unwrap()["fault"].is_null());
     sim.end("-TERM");
 }
+
+#[test]
+fn words_that_a_gateway_turns_round_are_told_once_with_what_cures_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments =
+        ["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0", "--gateway-fault", "swapped"];
+    fs::write(folder.path().join("ring.toml"), STILL).unwrap();
+    let mut sim = Running::start(folder.path(), &[&arguments[..], &["ring.toml"]].concat());
+    let address = format!("modbus-tcp://{}", sim.json()["modbus"].as_str().unwrap());
+    let at = ["--bus", &address, "--at", "0", "--model", "la-66", "--for", "300ms"];
+    let watch = run(folder.path(), &[&["watch", "--format", "json"][..], &at].concat());
+    let lines = text(&watch.stdout);
+    let told: Vec<_> = lines.lines().filter(|line| line.contains(r#""event":"misread""#)).collect();
+    assert_eq!(told.len(), 1, "{lines}");
+    assert!(told[0].contains("its halves exchanged") && told[0].contains("`order_in`"), "{}", told[0]);
+    let log = run(folder.path(), &[&["log", "a.csv"][..], &at].concat());
+    let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
+    assert_eq!(file.matches("# event misread: ").count(), 1, "{file}");
+    assert!(text(&log.stderr).contains("`encoring probe`"), "{}", text(&log.stderr));
+    sim.end("-TERM");
+}
