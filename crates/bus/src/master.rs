@@ -353,7 +353,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         if out == ours {
             return None;
         }
-        match Misread::ALL.into_iter().find(|way| way.read(InWord(ours.0)).0 == out.0) {
+        match turned(ours, out) {
             Some(way) => Some(Behind::Turned { out, ours, way }),
             None if out == OutWord(0) => Some(Behind::NotThere { out, ours }),
             // The gateway carries a word of ours out late.
@@ -428,7 +428,8 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
 
     /// Whether this is a word of ours that a gateway has carried out late, or turned round.
     fn is_ours(&self, out: OutWord) -> bool {
-        self.is_unanswered(out) || self.written.is_some_and(|written| written != out && turned(written, out))
+        self.is_unanswered(out)
+            || self.written.is_some_and(|written| written != out && turned(written, out).is_some())
     }
 
     /// The last word with the service bit that may still be carried out by a gateway that has not answered it.

@@ -53,10 +53,10 @@ impl Misread {
     }
 }
 
-/// Whether OUT holds what was written here, turned round by the gateway on its way.
+/// How OUT holds what was written here, if the gateway has turned it round on its way.
 #[must_use]
-pub(crate) fn turned(written: OutWord, out: OutWord) -> bool {
-    Misread::ALL.into_iter().any(|way| way.read(InWord(written.0)).0 == out.0)
+pub(crate) fn turned(written: OutWord, out: OutWord) -> Option<Misread> {
+    Misread::ALL.into_iter().find(|way| way.read(InWord(written.0)).0 == out.0)
 }
 
 /// Whether an encoder can send this.

@@ -218,7 +218,7 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
             if now.out == cleared || now.out == OutWord(0) {
                 return Ok(now);
             }
-            if now.out != was.out && !turned(cleared, now.out) {
+            if now.out != was.out && turned(cleared, now.out).is_none() {
                 return Err(ReleaseError::InUse { was, now });
             }
             let within = self.bus.now().since(since);
