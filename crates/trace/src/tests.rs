@@ -111,6 +111,18 @@ fn columns_come_in_any_order_and_lines_end_in_any_way() {
 }
 
 #[test]
+fn an_exponent_of_any_length_is_read_or_refused() {
+    let read = |cell: &str| rows(format!("t [s];in\n0;00000000\n{cell};00000000\n").as_bytes());
+    for (cell, time_ns) in [("5e-3", 5_000_000), ("5e+000", 5_000_000_000), ("5e-999", 0)] {
+        assert_eq!(read(cell).unwrap()[1].time_ns, time_ns, "{cell}");
+    }
+    for cell in ["5e", "5e-", "5e999", "5e1000", "5e37860184273879", "5e-37860184273879"] {
+        let refused = read(cell).unwrap_err().to_string();
+        assert!(refused.contains(cell), "{refused}");
+    }
+}
+
+#[test]
 fn a_refused_file_says_where_and_why() {
     let columns = "time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in, verdict, value, \
                    line, status, parameter";

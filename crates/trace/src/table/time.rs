@@ -301,8 +301,11 @@ fn small(text: &[u8]) -> Option<i32> {
         [b'-', rest @ ..] => (-1, rest),
         [b'+', rest @ ..] | rest => (1, rest),
     };
+    if !(1..=3).contains(&digits.len()) {
+        return None;
+    }
     let number = digits
         .iter()
         .try_fold(0, |number, byte| byte.is_ascii_digit().then(|| number * 10 + i32::from(byte - b'0')))?;
-    (1..=3).contains(&digits.len()).then_some(sign * number)
+    Some(sign * number)
 }
