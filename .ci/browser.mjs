@@ -328,6 +328,23 @@ async function dropped(browser, base) {
   });
   await page.dispatchEvent("#drop", "drop", { dataTransfer: wrong });
   await until(page, "#diagnosis-said", "wrong.csv line 2");
+  // What is being read goes on while another view is looked at, in another language too.
+  let go_on;
+  const held = new Promise((done) => { go_on = done; });
+  await page.route("**/api/diagnose**", async (route) => { await held; await route.continue(); });
+  await page.setInputFiles("#recording", { name: "later.csv", mimeType: "text/csv", buffer: Buffer.from(log()) });
+  await until(page, "#diagnosis-said", "Reading later.csv");
+  await page.click('nav a[href="#ring"]');
+  await page.selectOption("#language", "de");
+  await page.click('nav a[href="#diagnosis"]');
+  await until(page, "#diagnosis-said", "later.csv wird gelesen");
+  await page.waitForSelector("#diagnosis-cancel", { state: "visible" });
+  await page.click('nav a[href="#ring"]');
+  go_on();
+  await page.waitForResponse("**/api/diagnose**");
+  await page.click('nav a[href="#diagnosis"]');
+  await until(page, "h3", "later.csv");
+  await page.waitForSelector("#diagnosis-cancel", { state: "hidden" });
   await page.context().close();
 }
 

@@ -6,13 +6,33 @@ import { more, number, said, span, t, why } from "./texts.js";
 
 const BYTES_MAX = 100_000_000;
 
-/** What was found last; it stays while other views are looked at. */
-let last = null;
+/** What is being read, what was found last, and why the last one was not read: they stay while other views are looked at. */
+let [running, last, failed] = [null, null, null];
+/** Draws what has changed, where the view is shown. */
+let changed = () => {};
 
-/** Why a recording was not read: the server's reason, nobody's connection, or that it was no longer wanted. */
+/** Why a recording was not read: the page's reason, the server's, nobody's connection, or that it was no longer wanted. */
 async function why_not(error) {
+  if (error.long) return t("diagnosis.long");
   if (error.status === 0) return t("diagnosis.lost");
   return error.status === null ? t("diagnosis.cancelled") : t("refused", { why: await why(error) });
+}
+
+/** Has a recording read. */
+async function read(recording, model) {
+  if (recording.size > BYTES_MAX) failed = { long: true };
+  else {
+    running = { ...diagnose(recording, model, (part) => { running.part = part; changed(); }), name: recording.name, part: 0 };
+    failed = null;
+    changed();
+    try {
+      last = { name: recording.name, answer: await running.done };
+    } catch (error) {
+      failed = error;
+    }
+    running = null;
+  }
+  changed();
 }
 
 function place(event) {
@@ -47,9 +67,9 @@ function remedies_of(remedies) {
 function report({ name, answer }) {
   const { report: { events }, said: { events: sentences_of, judged, limits, remedies }, rows, assumed, picture } = answer;
   const image = new Blob([picture], { type: "image/svg+xml" });
-  const head = events.length > 0 ? t("diagnosis.found", { count: number(events.length) }) : answer.judged && judged.length > 0 ? t("diagnosis.none") : t("diagnosis.unjudged");
+  const [head, mood] = events.length > 0 ? [t("diagnosis.found", { count: number(events.length) }), "warn"] : answer.judged && judged.length > 0 ? [t("diagnosis.none"), "good"] : [t("diagnosis.unjudged"), "warn"];
   return [
-    h("section", { class: "card" }, h("h3", {}, name), h("p", { id: "found-what", class: events.length > 0 ? "warn" : "good" }, head),
+    h("section", { class: "card" }, h("h3", {}, name), h("p", { id: "found-what", class: mood }, head),
       h("p", { class: "small soft" }, t("diagnosis.rows", { rows: number(rows) }), assumed ? ` ${assumed}` : ""),
       h("div", { class: "row" }, h("button", { onclick: () => save("diagnosis.svg", image) }, t("save.svg")),
         h("button", { onclick: () => save("diagnosis.json", new Blob([JSON.stringify(answer.report)], { type: "application/json" })) }, t("save.json")))),
@@ -65,39 +85,27 @@ export function create(context) {
   const shown = h("div", { class: "report" });
   const model = h("select", { id: "diagnosis-model" }, h("option", { value: "" }, t("diagnosis.model.named")),
     context.about.models.map((name) => h("option", { value: name }, name.toUpperCase())));
-  const file = h("input", { type: "file", id: "recording", accept: ".csv,.txt,text/csv", onchange: () => file.files[0] && read(file.files[0]) });
+  const file = h("input", { type: "file", id: "recording", accept: ".csv,.txt,text/csv", onchange: () => take(file.files[0]) });
   const zone = h("label", { class: "drop card", id: "drop" }, h("span", {}, t("diagnosis.drop")), file);
   const bar = h("progress", { max: 1, id: "diagnosis-progress", "aria-label": t("diagnosis.progress") });
-  const going = h("div", { class: "row", hidden: true }, bar, h("button", { id: "diagnosis-cancel", onclick: () => running?.cancel() }, t("diagnosis.cancel")));
-  let running = null;
-  const draw = async () => {
-    if (!last) return;
-    await Promise.all([more("diagnosis"), more("sheet")]);
-    shown.replaceChildren(...report(last).filter((part) => part !== null));
-  };
-  const read = async (recording) => {
-    if (recording.size > BYTES_MAX) {
-      put(status, t("diagnosis.long"));
-      attribute(status, "class", "bad");
-      return;
-    }
-    if (running) return context.say(t("diagnosis.busy"));
-    put(status, t("diagnosis.reading", { name: recording.name }));
-    attribute(status, "class", "soft");
-    running = diagnose(recording, model.value, (part) => { bar.value = part; });
-    bar.value = 0;
-    going.hidden = false;
-    try {
-      last = { name: recording.name, answer: await running.done };
-      await draw();
-      put(status, "");
-    } catch (error) {
-      put(status, await why_not(error));
-      attribute(status, "class", error.status === null ? "soft" : "bad");
-    }
-    running = null;
-    going.hidden = true;
+  const going = h("div", { class: "row" }, bar, h("button", { id: "diagnosis-cancel", onclick: () => running?.cancel() }, t("diagnosis.cancel")));
+  const take = async (recording) => {
+    if (!recording) return;
+    if (running) context.say(t("diagnosis.busy"));
+    else await read(recording, model.value);
     file.value = "";
+  };
+  let drawn = null;
+  const draw = async () => {
+    going.hidden = !running;
+    if (running) bar.value = running.part;
+    const reason = failed ? await why_not(failed) : "";
+    put(status, running ? t("diagnosis.reading", running) : failed ? reason : "");
+    attribute(status, "class", running || failed?.status === null ? "soft" : "bad");
+    if (drawn === last) return;
+    drawn = last;
+    await Promise.all([more("diagnosis"), more("sheet")]);
+    shown.replaceChildren(...report(drawn).filter((part) => part !== null));
   };
   const over = (is) => (event) => {
     event.preventDefault();
@@ -107,10 +115,11 @@ export function create(context) {
   zone.addEventListener("dragleave", over(false));
   zone.addEventListener("drop", (event) => {
     over(false)(event);
-    if (event.dataTransfer.files[0]) read(event.dataTransfer.files[0]);
+    take(event.dataTransfer.files[0]);
   });
+  changed = draw;
   draw();
   const element = h("div", {}, h("h2", {}, t("view.diagnosis")), h("p", { class: "soft" }, t("diagnosis.intro")),
     h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, status, going, shown);
-  return { element, update() {}, leave: () => running?.cancel() };
+  return { element, update() {}, leave: () => { changed = () => {}; } };
 }

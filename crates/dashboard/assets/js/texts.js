@@ -53,7 +53,11 @@ export function said({ code, values = {}, text }) {
 /** Why something was refused. */
 export async function why(error) {
   if (!error.said) return error.message;
-  await more("refusals");
+  try {
+    await more("refusals");
+  } catch {
+    return error.message;
+  }
   return said(error.said);
 }
 
