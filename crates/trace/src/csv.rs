@@ -33,6 +33,15 @@ enum Rows<R> {
     Foreign(Box<Table<R>>),
 }
 
+impl<R: Read> Rows<R> {
+    fn has(&self, column: Column) -> bool {
+        match self {
+            Self::Ours(trace) => trace.columns.contains(&column),
+            Self::Foreign(table) => table.has(column),
+        }
+    }
+}
+
 impl<R: Read> Reader<R> {
     /// Reads all up to the header. Errors call the file `file_name`. The source needs no buffer.
     pub fn new(file_name: impl Into<String>, source: R) -> Result<Self, Error> {
@@ -79,16 +88,12 @@ impl<R: Read> Reader<R> {
             }
         }
         let ours = columns(lines.line());
-        if recording.is_some() {
-            if *layout != TableLayout::default() {
-                let problem = "a recording says itself what its columns and words are; leave --columns, --decimal \
-                               and --period out";
-                return Err(lines.error(None, Problem::Table(problem.to_owned())));
-            }
-            if ours.as_ref().is_some_and(|columns| !columns.contains(&Column::Position)) {
-                return Err(lines.error(None, Problem::NoPosition));
-            }
+        if recording.is_some() && *layout != TableLayout::default() {
+            let problem = "a recording says itself what its columns and words are; leave --columns, --decimal and \
+                           --period out";
+            return Err(lines.error(None, Problem::Table(problem.to_owned())));
         }
+        let no_position = lines.error(None, Problem::NoPosition);
         let rows = match ours {
             Some(columns) if *layout == TableLayout::default() => {
                 let header = Seen::last_of(&lines);
@@ -108,6 +113,9 @@ impl<R: Read> Reader<R> {
                 Rows::Foreign(Box::new(Table::open(lines, seen, layout)?))
             }
         };
+        if recording.is_some() && !rows.has(Column::Position) {
+            return Err(no_position);
+        }
         Ok(Self { rows, recording, logged, ended: false })
     }
 

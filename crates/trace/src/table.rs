@@ -133,6 +133,10 @@ impl<R: Read> Table<R> {
         })
     }
 
+    pub(crate) fn has(&self, column: Column) -> bool {
+        self.columns.iter().any(|(_, read)| *read == column)
+    }
+
     /// What was assumed, as one line.
     pub(crate) fn assumed(&self) -> &str {
         &self.assumed

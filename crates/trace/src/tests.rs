@@ -130,7 +130,7 @@ fn a_refused_file_says_where_and_why() {
     let volts = "is not a voltage from 0 to 1000 with at most three decimals";
     let time = "is not a time from 0 to 18446744073709551.615 with at most three decimals";
     let position = "is not a whole number from 0 to 127";
-    let cases: [(&[u8], String); 31] = [
+    let cases: [(&[u8], String); 32] = [
         (b"", format!("1: no header, the columns are {columns}")),
         (b"# note\n\n", format!("3: no header, the columns are {columns}")),
         (b"out,raw\n00000000\n", "2: 1 cell, the header has 2; a remark must begin with #".into()),
@@ -165,6 +165,7 @@ fn a_refused_file_says_where_and_why() {
             "2, column magnet: \"0123456789012345678901234567890123456789...\" is not 0 or 1".into(),
         ),
         (b"# encoring-trace 1\nraw\n", "2: a recording needs the column position".into()),
+        (b"# encoring-trace 1\ntime_us;in\n0;00000000\n", "2: a recording needs the column position".into()),
         (b"# encoring-trace 2\nraw\n", "1: version 2, this program reads 1".into()),
         (
             b"# encoring-trace 1\n# device 128 M memory=\n",
