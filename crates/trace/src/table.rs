@@ -329,12 +329,12 @@ impl<R: Read> Table<R> {
             return u64::try_from(found - self.origin_ns).map_err(|_| wrong("too large a time".to_owned()));
         };
         let previous = i128::from(previous_ns);
-        let mut time_ns = found - self.origin_ns;
+        let mut time_ns = found.saturating_sub(self.origin_ns);
         let days = scale.wrapped(time_ns, previous);
         self.origin_ns -= days;
         time_ns += days;
         if time_ns < previous {
-            let earlier = previous - time_ns;
+            let earlier = previous.saturating_sub(time_ns);
             let advice = "sort the rows by time, or leave the column out and give --period";
             return Err(wrong(format!(
                 "{:?} is {} us before the row before it; {advice}",

@@ -123,6 +123,22 @@ fn an_exponent_of_any_length_is_read_or_refused() {
 }
 
 #[test]
+fn times_as_far_apart_as_numbers_go_are_refused() {
+    let days = i128::MAX / 86_400_000_000_000;
+    let (early, late) = ("-1.7e29".to_owned(), "1.7e29".to_owned());
+    for (unit, first, second, problem) in [
+        (" [s]", early.clone(), late.clone(), "too large a time"),
+        (" [s]", late, early.clone(), "is 18446744073709551.615 us before the row before it"),
+        (" [s]", "18e9".to_owned(), early, "is 18446744073709551.615 us before the row before it"),
+        ("", "0 days 00:00:00".to_owned(), format!("{days} days 23:59:59"), "is not a span of time"),
+    ] {
+        let text = format!("time{unit};in\n{first};00000000\n{second};00000000\n");
+        let refused = rows(text.as_bytes()).unwrap_err().to_string();
+        assert!(refused.contains(problem), "{first} {second}: {refused}");
+    }
+}
+
+#[test]
 fn a_refused_file_says_where_and_why() {
     let columns = "time_us, position, out, raw, preset1_v, preset2_v, supply_v, magnet, in, verdict, value, \
                    line, status, parameter";

@@ -7,7 +7,7 @@ use std::str::FromStr;
 use encoring_files::open;
 use encoring_host::scaling::Ratio;
 use encoring_trace::Input;
-use encoring_words::model::SensorKind;
+use encoring_words::model::{ROD_UM_MAX, ROD_UM_MIN, SensorKind};
 use encoring_words::number::{Bare, word};
 use encoring_words::{InWord, Model, Parameter};
 use encoring_workshop::reconstruct::Reconstruction;
@@ -422,14 +422,20 @@ fn way(
         }
         (ReferenceUnit::Millimetres, _, Some(length)) => (length.numerator(), length.denominator()),
     };
+    let fewest = if rod { rod_grain(length)? } else { fewest };
     if rod {
         within_rod(length, known)?;
     }
-    let fewest = if rod { rod_grain(length) } else { fewest };
     Ok(MeasuredWay { length, unit, fewest_steps: fewest, most_steps: most })
 }
 
-/// Micrometres of a rod.
-fn rod_grain((numerator, denominator): (u128, u128)) -> u32 {
-    u32::try_from(numerator.saturating_mul(1_000) / denominator.max(1)).unwrap_or(u32::MAX)
+/// Micrometres of a rod, rounded down.
+fn rod_grain((numerator, denominator): (u128, u128)) -> Result<u32, Failure> {
+    let um = numerator.saturating_mul(1_000) / denominator.max(1);
+    let of_a_rod = u32::try_from(um).ok().filter(|um| (ROD_UM_MIN..=ROD_UM_MAX).contains(um));
+    of_a_rod.ok_or_else(|| {
+        bad_input(
+            "the length of the rod: a rod has 0.01 mm to 167772.15 mm on its type label; correct --length-mm",
+        )
+    })
 }

@@ -349,6 +349,13 @@ fn the_length_of_a_rod_and_the_way_of_a_turn_are_not_taken_for_one_another() {
     let far = run("--model la-66 --length-mm 500");
     assert!(far.contains("0 mm and 600 mm are farther apart than the rod is long"), "{far}");
     assert_ne!(bench.answered_alone(&known("--model la-66 --length-mm 600")).code, Some(2));
+    for length in ["0.000001", "0.009", "167772.151"] {
+        let refused = run(&format!("--model la-66 --length-mm {length}"));
+        assert!(
+            refused.contains("a rod has 0.01 mm to 167772.15 mm on its type label"),
+            "{length}: {refused}"
+        );
+    }
 }
 
 #[test]

@@ -48,6 +48,16 @@ fn units_of_time_are_counted_exactly() {
 }
 
 #[test]
+fn a_name_that_scopes_make_long_is_refused() {
+    let head = |scopes: usize| {
+        let scope = format!("$scope module {} $end\n", "m".repeat(1_000));
+        format!("$timescale 1 ns $end\n{}$var wire 1 ! c $end\n", scope.repeat(scopes))
+    };
+    assert!(read((head(4) + "$enddefinitions $end #0 1! #1 0!").as_bytes()).is_ok());
+    refused(&head(5), "a line 7: a name of 5006 bytes with its scopes, at most 4096");
+}
+
+#[test]
 fn what_is_wrong_with_a_dump_is_told_with_its_line() {
     let refused_body = |body: &str, message: &str| refused(&(HEAD.to_owned() + body), message);
     refused_body("#0 1!\n#9 0!\n#8 1!\n", "a line 5: time 8 is before 9, the time before it");

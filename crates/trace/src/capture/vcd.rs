@@ -9,6 +9,9 @@ use super::{CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProble
 /// The longest word that is looked at; a longer one is none of ours.
 const TOKEN_MAX: usize = 4_096;
 
+/// The longest name of a channel, scopes included, in bytes.
+const NAME_MAX: usize = 4_096;
+
 /// What the head says.
 pub(super) struct Head {
     /// A unit of time in femtoseconds.
@@ -181,6 +184,11 @@ pub(super) fn head<R: Read>(source: R) -> Result<(Head, Vec<String>), Wrong> {
                 {
                     if names.len() == CHANNELS_MAX {
                         return Err(wrong_line(line, format!("more than {CHANNELS_MAX} single bits")));
+                    }
+                    if name.len() > NAME_MAX {
+                        let problem =
+                            format!("a name of {} bytes with its scopes, at most {NAME_MAX}", name.len());
+                        return Err(wrong_line(line, problem));
                     }
                     codes.push(code);
                     names.push(name);

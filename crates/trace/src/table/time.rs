@@ -201,7 +201,7 @@ fn tidied(cell: &str) -> String {
 fn span(cell: &str) -> Option<i128> {
     if let Some((days, time)) = cell.split_once(" days ") {
         let time = Scale::OfDay.ns(time.strip_prefix('+').unwrap_or(time), Commas::Separate)?;
-        return Some(decimal(days, Commas::Separate, 0)?.checked_mul(DAY_NS)? + time);
+        return decimal(days, Commas::Separate, 0)?.checked_mul(DAY_NS)?.checked_add(time);
     }
     let (mark, rest) = cell.split_once('#')?;
     let is_span = ["T", "TIME", "LT", "LTIME"].iter().any(|known| mark.eq_ignore_ascii_case(known));

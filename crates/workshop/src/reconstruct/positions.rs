@@ -29,7 +29,7 @@ pub struct MeasuredWay {
     pub length: ExactNumber,
     /// What it is counted in.
     pub unit: ReferenceUnit,
-    /// The fewest steps that the sensor divides it into.
+    /// The fewest steps that the sensor divides it into, from 1.
     pub fewest_steps: u32,
     /// The most.
     pub most_steps: u32,
@@ -128,9 +128,9 @@ impl MeasuredWay {
     }
 
     /// How far the true place may be from the last step of the sensor.
-    const fn grain(self) -> u128 {
+    fn grain(self) -> u128 {
         let (numerator, denominator) = self.units();
-        numerator.div_ceil(denominator.saturating_mul(self.fewest_steps as u128))
+        numerator.div_ceil(denominator.saturating_mul(self.fewest_steps as u128).max(1))
     }
 }
 
