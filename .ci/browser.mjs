@@ -345,6 +345,11 @@ async function dropped(browser, base) {
   await page.click('nav a[href="#diagnosis"]');
   await until(page, "h3", "later.csv");
   await page.waitForSelector("#diagnosis-cancel", { state: "hidden" });
+  // The picture speaks the language of the page too.
+  const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("button", { hasText: "SVG" }).click()]);
+  const drawn = readFileSync(await saved.path(), "utf8");
+  for (const said of ["Position, Schritte", "ein falsches Bit"]) assert.ok(drawn.includes(said), said);
+  for (const english of ["steps", "line", "bit was"]) assert.ok(!drawn.includes(`>${english}`) && !drawn.includes(` ${english} `), english);
   await page.context().close();
 }
 

@@ -61,6 +61,21 @@ struct Found {
     said: SaidReport,
     /// In SVG.
     picture: String,
+    /// The texts in the picture.
+    labels: Vec<Label>,
+}
+
+/// A text in the picture, and what it says.
+#[derive(Serialize)]
+struct Label {
+    text: String,
+    said: Said,
+}
+
+impl From<Said> for Label {
+    fn from(said: Said) -> Self {
+        Self { text: said.to_string(), said }
+    }
 }
 
 /// Why what comes is not taken.
@@ -147,12 +162,15 @@ fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unre
         |_: &RecordedSamples<_>| Ok::<_, Unreadable>(Detector::new(Options { model, ..Options::default() }));
     let mut diagnosed = Diagnosed::read(&mut recorded, Some(Picture::default()), detector, || true)?;
     let picture = diagnosed.picture.take().unwrap_or_default();
-    let charts = picture.charts(name, 1, &diagnosed.conclusion.episodes);
+    let episodes = &diagnosed.conclusion.episodes;
+    let labels = picture.labels(name, episodes);
+    let charts = picture.charts(name, 1, episodes);
     Ok(Found {
         rows: diagnosed.rows,
         judged: diagnosed.is_judged(),
         assumed,
         picture: Chart::sheet(name, &charts),
+        labels: labels.into_iter().map(Label::from).collect(),
         said: SaidReport::new(&diagnosed.conclusion),
         report: DiagnosisReport::new(&[diagnosed]),
     })

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use encoring_texts::SaidValue;
+
 /// Why positions step although the axis does not, or only seem to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum JumpCause {
@@ -197,5 +199,18 @@ impl Likelihood {
 impl fmt::Display for Likelihood {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// By their names, for which every language has words.
+impl From<JumpCause> for SaidValue {
+    fn from(cause: JumpCause) -> Self {
+        cause.name().into()
+    }
+}
+
+impl From<Likelihood> for SaidValue {
+    fn from(certainty: Likelihood) -> Self {
+        certainty.name().into()
     }
 }

@@ -37,6 +37,7 @@ mod episode;
 mod evidence;
 mod found;
 mod given;
+mod labels;
 mod ledger;
 mod manual;
 mod misread;

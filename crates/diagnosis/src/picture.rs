@@ -3,10 +3,12 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use encoring_figure::{Chart, Closeup, Envelope, PlotSample};
+use encoring_texts::Said;
 use encoring_words::Duration;
 use encoring_words::word::DATA_MAX;
 
 use crate::episode::Episode;
+use crate::labels;
 use crate::sample::{Sample, Sighting};
 use crate::window::ROWS;
 
@@ -72,23 +74,45 @@ impl Picture {
         }
     }
 
+    /// All texts that its charts may have beside the name, with their codes and values.
+    #[must_use]
+    pub fn labels(&self, name: &str, episodes: &[Episode]) -> Vec<Said> {
+        let always = [labels::positions(), labels::speeds(), labels::speeds_cut(), labels::undrawn()];
+        let of_encoder = |position: &u8| {
+            let marks = episodes.iter().filter(|episode| episode.position == *position).count();
+            [labels::one_of_several(name, *position), labels::unmarked(marks.saturating_sub(MARKS_MAX))]
+        };
+        let of_episode = |episode: &Episode| [event_at(episode), event(episode)];
+        let encoders = self.strips.keys().flat_map(of_encoder);
+        always.into_iter().chain(encoders).chain(episodes.iter().flat_map(of_episode)).collect()
+    }
+
     /// A chart for each encoder, in which the episodes are numbered from `first`; at most eight encoders are drawn.
     #[must_use]
     pub fn charts(mut self, name: &str, first: usize, episodes: &[Episode]) -> Vec<Chart> {
         let several = self.strips.len() > 1;
         let left_out = self.left_out;
         let chart = |(position, strip): (&u8, &mut Strip)| {
-            let title = if several { format!("{name}, position {position}") } else { name.to_owned() };
+            let title =
+                if several { labels::one_of_several(name, *position).to_string() } else { name.to_owned() };
             let numbered = (first..).zip(episodes);
             let mine = numbered.filter(|(_, episode)| episode.position == *position);
             let mut chart = strip.chart(&title, mine);
             if left_out {
-                chart.remark("further encoders are in the file; no more than eight are drawn");
+                chart.remark(labels::undrawn().text());
             }
             chart
         };
         self.strips.iter_mut().map(chart).collect()
     }
+}
+
+fn event(episode: &Episode) -> Said {
+    labels::event(episode.cause, episode.certainty)
+}
+
+fn event_at(episode: &Episode) -> Said {
+    labels::event_at(episode.line, Duration(episode.time_ns), episode.cause, episode.certainty)
 }
 
 impl Strip {
@@ -128,8 +152,9 @@ impl Strip {
 
     fn chart<'a>(&mut self, title: &str, episodes: impl Iterator<Item = (usize, &'a Episode)>) -> Chart {
         let mut chart = Chart::new(title);
-        chart.curve("position, steps", self.positions.clone());
-        chart.curve_without_peaks("speed, steps a second", self.speeds.clone());
+        chart.curve(labels::positions().text(), self.positions.clone());
+        let (whole, cut) = (labels::speeds(), labels::speeds_cut());
+        chart.curve_without_peaks(whole.text(), cut.text(), self.speeds.clone());
         let mut beyond = 0;
         for (place, (number, episode)) in episodes.enumerate() {
             if place >= MARKS_MAX {
@@ -139,15 +164,13 @@ impl Strip {
             // What the detector tells at the end is among the last rows, or is about so many that no close look helps.
             self.keep(episode);
             let stretch = (episode.time_ns, self.until(episode));
-            let named = format!("{}, {}", episode.cause.title(), episode.certainty);
-            let at = Duration(episode.time_ns);
-            chart.mark(number, stretch, format!("line {}, {at}: {named}", episode.line));
+            chart.mark(number, stretch, event_at(episode).text());
             if let Some(samples) = self.kept.remove(&episode.line) {
-                chart.closeup(Closeup { number, title: named, samples, stretch });
+                chart.closeup(Closeup { number, title: event(episode).to_string(), samples, stretch });
             }
         }
         if beyond > 0 {
-            chart.remark(format!("{beyond} more are not marked here; the report has them"));
+            chart.remark(labels::unmarked(beyond).text());
         }
         chart
     }

@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use crate::episode::{Conclusion, Episode};
 use crate::manual::{is_of_the_manual, step_changes};
-use crate::{apart, evidence, statements, unread};
+use crate::{apart, evidence, labels, statements, unread};
 
 /// Every sentence that a diagnosis can say.
 pub fn sentences() -> impl Iterator<Item = &'static SaidTemplate> {
-    evidence::TEXTS.iter().chain(statements::TEXTS).chain(apart::TEXTS)
+    evidence::TEXTS.iter().chain(statements::TEXTS).chain(apart::TEXTS).chain(labels::TEXTS)
 }
 
 /// What is said of an episode.

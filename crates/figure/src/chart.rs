@@ -72,11 +72,11 @@ impl Chart {
     }
 
     /// Adds a curve of which a few peaks may reach beyond the picture, where they are cut off: so that the rest can be
-    /// seen.
-    pub fn curve_without_peaks(&mut self, name: &str, samples: Envelope) {
+    /// seen. It is called `cut` then, and else `whole`.
+    pub fn curve_without_peaks(&mut self, whole: &str, cut: &str, samples: Envelope) {
         let values = Values::without_peaks(&samples);
-        let cut = if values == Values::of(&samples) { "" } else { " (peaks cut off)" };
-        self.curves.push(Curve { name: format!("{name}{cut}"), samples, values });
+        let name = if values == Values::of(&samples) { whole } else { cut };
+        self.curves.push(Curve { name: name.to_owned(), samples, values });
     }
 
     /// Marks what was from a time to a time.

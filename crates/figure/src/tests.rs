@@ -84,7 +84,7 @@ fn chart(name: &str, samples: u64) -> Chart {
     (0..samples).for_each(|k| curve.add(sample(k)));
     let mut chart = Chart::new(name);
     chart.curve(name, curve.clone());
-    chart.curve_without_peaks(name, curve);
+    chart.curve_without_peaks(name, &format!("{name} (peaks cut off)"), curve);
     chart.mark(1, (7_000_000, 7_000_000), name);
     chart.mark(2, (9_000_000, 14_000_000), name);
     chart.closeup(Closeup {
@@ -126,7 +126,7 @@ fn whatever_the_values_are_a_chart_is_drawn() {
             }
             let mut chart = Chart::new("");
             chart.curve("", curve.clone());
-            chart.curve_without_peaks("", curve);
+            chart.curve_without_peaks("", "", curve);
             chart.mark(1, (5, 3), "");
             assert!(Document::parse(&chart.svg()).is_ok(), "{first} {second} {times:?}");
             assert!(!chart.text().is_empty());

@@ -63,10 +63,18 @@ function remedies_of(remedies) {
     h("div", { class: "scroll", tabindex: 0 }, h("table", { class: "small sheet" }, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows))));
 }
 
+/** The picture with its texts in the language of the page. */
+function pictured({ picture, labels }) {
+  const drawn = new DOMParser().parseFromString(picture, "image/svg+xml");
+  const words = new Map(labels.map(({ text, said: sentence }) => [text, said(sentence)]));
+  for (const node of drawn.querySelectorAll("text")) put(node, words.get(node.textContent) ?? node.textContent);
+  return new Blob([new XMLSerializer().serializeToString(drawn)], { type: "image/svg+xml" });
+}
+
 /** The report and its picture. */
 function report({ name, answer }) {
-  const { report: { events }, said: { events: sentences_of, judged, limits, remedies }, rows, assumed, picture } = answer;
-  const image = new Blob([picture], { type: "image/svg+xml" });
+  const { report: { events }, said: { events: sentences_of, judged, limits, remedies }, rows, assumed } = answer;
+  const image = pictured(answer);
   const [head, mood] = events.length > 0 ? [t("diagnosis.found", { count: number(events.length) }), "warn"] : answer.judged && judged.length > 0 ? [t("diagnosis.none"), "good"] : [t("diagnosis.unjudged"), "warn"];
   return [
     h("section", { class: "card" }, h("h3", {}, name), h("p", { id: "found-what", class: mood }, head),

@@ -63,6 +63,9 @@ export async function why(error) {
 
 function worded(name, value) {
   if (value?.code) return said(value);
+  // Causes and how sure they are come by their names.
+  if (name === "cause") return t(`cause.${value}`);
+  if (name === "certainty") return t(`certainty.${value}`);
   if (typeof value !== "number") return value;
   if (name.endsWith("_ns")) return span(value);
   return Number.isInteger(value) ? String(value) : value.toLocaleString(language);
