@@ -102,9 +102,12 @@ fn a_memory_that_cannot_be_read_is_an_error_after_power_on() {
     ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":24}}"#);
     let view = ring.until(|view| device(view, 1)["error"] == true);
     assert_ne!(device(&view, 1)["latched_status"], "0000");
+    let records = ["programmed", "offset", "accepted", "turn_count"];
+    assert_eq!(device(&view, 1)["memory_lost"], serde_json::json!(records));
     ring.done(r#"{"verb":"set","position":1,"set":{"eeprom":{"fault":"none"},"supply_v":0}}"#);
     ring.done(r#"{"verb":"set","position":1,"set":{"supply_v":24}}"#);
-    ring.until(|view| device(view, 1)["on"] == true && device(view, 1)["error"] == false);
+    let view = ring.until(|view| device(view, 1)["on"] == true && device(view, 1)["error"] == false);
+    assert_eq!(device(&view, 1)["memory_lost"], serde_json::json!([]));
 }
 
 #[test]

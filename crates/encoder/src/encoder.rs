@@ -242,6 +242,12 @@ impl Encoder {
         self.position
     }
 
+    /// How far presets have moved the positions, in steps: see [`Scale::preset_shift`].
+    #[must_use]
+    pub const fn preset_shift(&self) -> i64 {
+        self.scale.preset_shift()
+    }
+
     /// Bit 29 as normal mode shows it.
     #[must_use]
     pub const fn error_pending(&self) -> bool {

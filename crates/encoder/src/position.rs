@@ -98,6 +98,22 @@ impl Scale {
         }
     }
 
+    /// How far the preset has moved the positions, in steps: of a shaft around the range, 0..=S, rounded down; of a rod to
+    /// either side.
+    #[must_use]
+    pub const fn preset_shift(&self) -> i64 {
+        match *self {
+            Self::Rotary { values, phases, offset, .. } => {
+                (offset % phases.get() * values.get() / phases.get()) as i64
+            }
+            Self::Linear { offset, .. } => {
+                let range = DATA_MAX as i64 + 1;
+                let shift = offset as i64 % range;
+                if shift > range / 2 { shift - range } else { shift }
+            }
+        }
+    }
+
     /// The offset that makes `sample` show `value`: for a shaft the one with the smallest phase whose value it is.
     #[must_use]
     pub fn preset(&self, sample: i64, value: u32) -> Offset {

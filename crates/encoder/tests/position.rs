@@ -106,6 +106,10 @@ proptest! {
         prop_assert_eq!(bench.power_cycle(), value);
         let offset = rotary.preset(raw, value);
         prop_assert_eq!(bench.position_at(other), rotary.value(other, offset));
+        let moved = i64::from(rotary.value(other, offset)) - i64::from(rotary.value(other, 0));
+        let shift = bench.encoder.preset_shift();
+        let beside = (moved - shift).rem_euclid(i64::try_from(rotary.s).unwrap() + 1);
+        prop_assert!(beside <= 1, "moved by {}, told {}", moved, shift);
     }
 
     #[test]
@@ -175,6 +179,9 @@ proptest! {
         prop_assert_eq!(bench.power_cycle(), value);
         let expected = (i64::from(value) + steps(place(second)) - steps(place(first))).rem_euclid(1 << 24);
         prop_assert_eq!(i64::from(bench.position_at(place(second))), expected);
+        let shift = bench.encoder.preset_shift();
+        prop_assert_eq!((steps(place(second)) + shift).rem_euclid(1 << 24), expected);
+        prop_assert!(shift.abs() <= 1 << 23, "{}", shift);
     }
 }
 

@@ -109,6 +109,8 @@ pub struct DeviceView {
     pub value: Option<u32>,
     /// Bit 29 as normal mode shows it.
     pub error: bool,
+    /// How far presets have moved its positions, in steps; `None` while off.
+    pub preset_shift: Option<i64>,
     /// The latched status bits.
     #[serde(serialize_with = "json::status")]
     pub latched_status: ErrorStatus,
@@ -126,6 +128,8 @@ pub struct DeviceView {
     pub data_check: Option<ErrorStatus>,
     /// Writes of the memory so far, by record.
     pub memory_writes: MemoryWrites,
+    /// The kinds of records of which one cannot be read, by their names in [`MemoryWrites`].
+    pub memory_lost: Vec<&'static str>,
 }
 
 /// The reader on an SSI, and what it read last.
@@ -276,6 +280,10 @@ impl DeviceView {
                 active: active.value(parameter),
             });
         let mut writes = |record| write_count(&mut memory, record);
+        // Whoever delivers an encoder has written every record once.
+        let mut lost: Vec<_> =
+            Record::of(unit.model()).filter(|record| writes(*record) == 0).map(kind).collect();
+        lost.dedup();
         Some(Self {
             position,
             device_number: format!("{}.0", position + 1),
@@ -298,6 +306,7 @@ impl DeviceView {
             input,
             value: encoder.map(Encoder::position),
             error: encoder.is_some_and(Encoder::error_pending),
+            preset_shift: encoder.map(Encoder::preset_shift),
             latched_status: encoder.map_or(ErrorStatus::empty(), Encoder::latched_status),
             handshake: encoder.map(Encoder::handshake).copied(),
             lamps: LampsView::of(world, position)?,
@@ -313,6 +322,17 @@ impl DeviceView {
                 offset: writes(Record::Offset),
                 turn_count: writes(Record::TurnCount),
             },
+            memory_lost: lost,
         })
+    }
+}
+
+/// What a record is called.
+const fn kind(record: Record) -> &'static str {
+    match record {
+        Record::Programmed(_) => "programmed",
+        Record::Accepted => "accepted",
+        Record::Offset => "offset",
+        Record::TurnCount => "turn_count",
     }
 }

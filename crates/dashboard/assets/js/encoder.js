@@ -171,11 +171,26 @@ function parameters(context) {
   };
 }
 
-function memory() {
-  const cells = ["programmed", "accepted", "offset", "turn_count"].map((name) => [name, h("td", { class: "num mono" })]);
-  const element = h("section", { class: "card" }, h("h3", {}, t("writes")), h("p", { class: "small soft" }, t("writes.why")),
-    h("table", {}, h("tbody", {}, cells.map(([name, cell]) => h("tr", {}, h("th", { scope: "row" }, t(`writes.${name}`)), cell)))));
-  return { element, update: (device) => cells.forEach(([name, cell]) => put(cell, number(device.memory_writes[name]))) };
+/** The records of its EEPROM: which cannot be read, and how often each was written. */
+function memory({ unit }) {
+  const has = { programmed: true, accepted: !unit.at_once, offset: true, turn_count: unit.kind === "rotary" };
+  const rows = Object.keys(has).filter((name) => has[name]).map((name) => ({ name, writes: h("td", { class: "num mono" }), state: h("p", { class: "small bad", "data-record": name }) }));
+  const shift = h("p", { id: "preset-shift" });
+  const head = ["record", "count"].map((name) => h("th", { scope: "col", class: name === "count" ? "num" : null }, t(`eeprom.${name}`)));
+  const element = h("section", { class: "card" }, h("h3", {}, t("eeprom")), shift,
+    h("table", {}, h("thead", {}, h("tr", {}, head)), h("tbody", {}, rows.map(({ name, writes, state }) => h("tr", {}, h("th", { scope: "row" }, t(`writes.${name}`), state), writes)))),
+    h("p", { class: "small soft" }, t("writes.why")));
+  return {
+    element,
+    update(device) {
+      for (const { name, writes, state } of rows) {
+        put(state, device.memory_lost.includes(name) ? t("eeprom.lost") : "");
+        state.hidden = state.textContent === "";
+        put(writes, number(device.memory_writes[name]));
+      }
+      put(shift, device.preset_shift == null ? "" : device.preset_shift === 0 ? t("preset.none") : t("preset.shift", { steps: number(device.preset_shift) }));
+    },
+  };
 }
 
 function ssi(context, set) {
@@ -221,7 +236,7 @@ export function create(context) {
   if (context.polled) return create_polled(context);
   const send = newest((values) => context.order({ verb: "set", position: context.position, set: values }));
   const hand = context.unit.rod_um == null ? dial(context, send) : rod(context, send);
-  const parts = [hand, position(context), surroundings(context, send), parameters(context), memory()];
+  const parts = [hand, position(context), surroundings(context, send), parameters(context), memory(context)];
   if (context.unit.ssi) parts.push(ssi(context, send));
   const [, shown, around, ...others] = parts.map((part) => part.element);
   const moved = h("section", { class: "card" }, h("h3", {}, t(context.unit.rod_um == null ? "shaft" : "rod")), hand.element,

@@ -162,7 +162,7 @@ export const worth = (verdict) => (verdict === "valid" ? "good" : ["unchecked", 
 
 /** What has happened, the newest first; of a real ring with the time of the day. */
 function events(context) {
-  const list = h("ul", { class: "plain list", id: "events" });
+  const list = h("ul", { class: "plain list", id: "events", tabindex: 0, "aria-label": t("happened") });
   const element = h("section", { class: "card wide" }, h("h3", {}, t("happened")), list);
   let next = 0;
   let asking = false;
