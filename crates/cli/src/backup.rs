@@ -114,12 +114,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
 impl Arguments {
     /// The file that is there already, or that which tells what to keep.
     fn older(&self) -> Result<Option<ParameterFile>, Failure> {
-        let path = match (&self.like, self.update) {
-            (Some(like), _) => like,
-            (None, true) => &self.file,
+        let older = match (&self.like, self.update) {
+            (Some(like), _) => ParameterFile::read(like),
+            (None, true) => ParameterFile::read_with_comments(&self.file),
             (None, false) => return Ok(None),
         };
-        ParameterFile::read(path).map(Some).map_err(bad_input)
+        older.map(Some).map_err(bad_input)
     }
 
     /// The encoders that are meant.

@@ -38,7 +38,7 @@ Exit codes:
   0  done, and compared as far as asked
   1  refused, not confirmed, another model, or another position than before
   2  wrong input or wrong usage
-  3  no answer, or a value that is needed is not known
+  3  no answer, or a value that is needed is not known; with --yes also: guessed and not compared
 
 Examples:
   encoring replace --bus modbus-tcp://192.168.1.10 --at 2
@@ -117,6 +117,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         Err(failure) if view.has_programmed() => view.failed(failure),
         told => told,
     };
+    if source.is_guess && dialog.is_silent() {
+        view.guessed_unseen();
+    }
     let told = told.map(|()| view);
     opened.report(how.output, told, |view| view.answer(how.dry_run))
 }

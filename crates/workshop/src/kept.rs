@@ -1,14 +1,12 @@
 //! What is kept of one encoder: its parameters, what its type label says, when they were taken, and marks on the machine.
 
-use std::fmt;
-use std::str::FromStr;
-
 use encoring_files::toml_text::Wrong;
 use encoring_words::change::ParameterChange;
 use encoring_words::model::Sensor;
 use encoring_words::{Model, Parameter, word};
 use serde::Deserialize;
 
+use crate::mark::{MachineMark, Reference, ReferenceUnit};
 use crate::values::{legal_change, parameters_of, written};
 
 /// What is kept of one encoder.
@@ -56,37 +54,6 @@ pub struct TakenFrom {
     pub unreadable: Vec<Parameter>,
 }
 
-/// A place on the machine that can be found again.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MachineMark {
-    /// What it is called.
-    pub name: String,
-    /// The position that the encoder showed there, in steps.
-    pub shown: u32,
-    /// What a scale shows there.
-    pub reference: Option<Reference>,
-}
-
-/// What a scale of the machine shows, in millionths of its unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reference {
-    /// The number, in millionths.
-    pub millionths: i64,
-    /// What the last digit that was written stands for, in millionths.
-    pub digit: u32,
-    /// Its unit.
-    pub scale: ReferenceUnit,
-}
-
-/// What a scale counts in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReferenceUnit {
-    /// Millimetres of the machine's way.
-    Millimetres,
-    /// Degrees of the encoder's shaft.
-    Degrees,
-}
-
 impl UnitLabel {
     /// What two labels of one unit cannot differ in: a sentence each.
     fn other_unit(&self, new: &Self) -> Vec<String> {
@@ -107,142 +74,13 @@ impl UnitLabel {
     }
 }
 
-impl ReferenceUnit {
-    /// Every scale.
-    pub const ALL: [Self; 2] = [Self::Millimetres, Self::Degrees];
-
-    /// The unit as people write it.
-    #[must_use]
-    pub const fn unit(self) -> &'static str {
-        match self {
-            Self::Millimetres => "mm",
-            Self::Degrees => "deg",
-        }
-    }
-
-    const fn key(self) -> &'static str {
-        match self {
-            Self::Millimetres => "reference_mm",
-            Self::Degrees => "reference_deg",
-        }
-    }
-}
-
-impl Reference {
-    /// 0 mm.
-    pub(crate) const ZERO: Self = Self { millionths: 0, digit: 1_000_000, scale: ReferenceUnit::Millimetres };
-
-    /// A number with at most nine digits before and six behind the point, and a sign if it has one.
-    ///
-    /// # Errors
-    /// Why it is none.
-    #[expect(clippy::disallowed_methods, reason = "what a scale of the machine shows, with decimals")]
-    pub fn read(number: &str, scale: ReferenceUnit) -> Result<Self, String> {
-        if number.contains(',') {
-            return Err(format!(
-                "{number:?}: write the decimals behind a point: {}",
-                number.replacen(',', ".", 1)
-            ));
-        }
-        let (sign, digits) = match number.strip_prefix('-') {
-            Some(digits) => (-1, digits),
-            None => (1, number.strip_prefix('+').unwrap_or(number)),
-        };
-        let (whole, decimals) = digits.split_once('.').unwrap_or((digits, ""));
-        let are_digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
-        let point = digits.contains('.');
-        if whole.is_empty() || !are_digits(whole) || !are_digits(decimals) || point && decimals.is_empty() {
-            return Err(format!("{number:?} is no number like 0, -12.5 or 180"));
-        }
-        if whole.len() > 9 || decimals.len() > 6 {
-            return Err(format!("{number:?} has more than 9 digits before or 6 behind the point"));
-        }
-        let magnitude: i64 =
-            format!("{whole}{decimals:0<6}").parse().map_err(|_| format!("{number:?} is no number"))?;
-        let digit = 10_u32.pow(6_u32.saturating_sub(decimals.len() as u32));
-        Ok(Self { millionths: sign * magnitude, digit, scale })
-    }
-
-    /// The number alone.
-    fn number(self) -> String {
-        let sign = if self.millionths < 0 { "-" } else { "" };
-        let (whole, rest) =
-            (self.millionths.unsigned_abs() / 1_000_000, self.millionths.unsigned_abs() % 1_000_000);
-        let places = 6_usize.saturating_sub(self.digit.max(1).ilog10() as usize);
-        let decimals = format!("{rest:06}");
-        match decimals.get(..places) {
-            Some("") | None => format!("{sign}{whole}"),
-            Some(decimals) => format!("{sign}{whole}.{decimals}"),
-        }
-    }
-}
-
-impl fmt::Display for Reference {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}", self.number(), self.scale.unit())
-    }
-}
-
-impl FromStr for Reference {
-    type Err = String;
-
-    /// A number with its unit, as `12.5 mm` or `-90 deg`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        let text = text.trim();
-        let of = |scale: ReferenceUnit, unit: &str| Some((text.strip_suffix(unit)?.trim_end(), scale));
-        let found = ReferenceUnit::ALL
-            .into_iter()
-            .find_map(|scale| of(scale, scale.unit()))
-            .or_else(|| of(ReferenceUnit::Degrees, "°"));
-        let (number, scale) = found.ok_or_else(|| {
-            format!("{text:?} does not end in mm or deg; write one of them behind the number")
-        })?;
-        Self::read(number, scale)
-    }
-}
-
-/// A mark as it is typed: its name, and what the scale shows there if there is one.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct NamedMark {
-    /// What it is called.
-    pub name: String,
-    /// What a scale shows there.
-    pub reference: Option<Reference>,
-}
-
-impl FromStr for NamedMark {
-    type Err = String;
-
-    /// `stop left`, or `stop left=0 mm`.
-    #[expect(clippy::disallowed_methods, reason = "what a scale of the machine shows, with its unit")]
-    fn from_str(text: &str) -> Result<Self, String> {
-        let (name, reference) = match text.rsplit_once('=') {
-            Some((name, reference)) => (name, Some(reference.parse()?)),
-            None => (text, None),
-        };
-        let name = name.trim();
-        if name.is_empty() || name.contains(['\n', '\r']) {
-            return Err(format!("{text:?}: a mark has a name on one line, as \"stop left=0 mm\""));
-        }
-        Ok(Self { name: name.to_owned(), reference })
-    }
-}
-
-impl fmt::Display for MachineMark {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:?}", self.name)?;
-        match self.reference {
-            Some(reference) => write!(f, " ({reference})"),
-            None => Ok(()),
-        }
-    }
-}
-
 /// An encoder as it stands in a file.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EncoderTable {
     pub(crate) model: Option<String>,
+    /// How many values follow, so that a file that was cut off between two lines is seen.
+    pub(crate) values: Option<usize>,
     #[serde(default)]
     pub(crate) unit: UnitTable,
     pub(crate) taken: Option<TakenTable>,
@@ -318,7 +156,8 @@ impl KeptEncoder {
         self.taken.as_ref().map(|taken| taken.position)
     }
 
-    /// The same with what a new reading adds: values that could not be read before, and what its label says.
+    /// The same with what a new reading adds: values that could not be read before, and what its label says. Remarks stay
+    /// as they are, beside the time of the first reading.
     ///
     /// # Errors
     /// The values that differ, a sentence each: then it is not the same encoder, or it was programmed since.
@@ -343,11 +182,18 @@ impl KeptEncoder {
         self.values.sort_by_key(|(parameter, _)| *parameter);
         let known: Vec<_> = self.values.iter().map(|(parameter, _)| *parameter).collect();
         match &mut self.taken {
-            Some(taken) => taken.unreadable.retain(|parameter| !known.contains(parameter)),
-            None => self.taken = new.taken,
+            Some(taken) => {
+                taken.unreadable.retain(|parameter| !known.contains(parameter));
+                if self.remarks.is_empty() {
+                    self.remarks = new.remarks;
+                }
+            }
+            None => {
+                self.taken = new.taken;
+                self.remarks.extend(new.remarks);
+            }
         }
         self.label = new.label;
-        self.remarks = new.remarks;
         Ok(self)
     }
 
@@ -389,6 +235,14 @@ impl KeptEncoder {
         let model: Model =
             name.parse().map_err(|cause| Wrong::at("model", format!("model {name:?}: {cause}")))?;
         let label = table.unit.label(model).map_err(|wrong| wrong.inside("unit"))?;
+        let there = table.parameters.as_ref().map_or(0, toml::Table::len);
+        if let Some(values) = table.values.filter(|values| *values != there) {
+            let problem = format!(
+                "values = {values}, and {there} are in [parameters]: the file was cut off or changed; take this line out if \
+                 only these are meant"
+            );
+            return Err(Wrong::at("values", problem));
+        }
         let values = table.parameters.iter().flatten().map(|(name, value)| {
             legal_change(model, name, value).map_err(|problem| Wrong::at(name, problem).inside("parameters"))
         });
@@ -476,6 +330,10 @@ impl KeptEncoder {
     pub(crate) fn write(&self, text: &mut String, prefix: &str) {
         let quoted = |words: &str| toml::Value::String(words.to_owned()).to_string();
         *text += &format!("model = \"{}\"\n", self.model);
+        // What was read from an encoder has every parameter or names it as unreadable; of anything else the number is kept.
+        if self.taken.is_none() {
+            *text += &format!("values = {}\n", self.values.len());
+        }
         let UnitLabel { native, serial, firmware, label } = &self.label;
         let words = [("serial", serial), ("firmware", firmware), ("label", label)];
         let words: Vec<_> = words.iter().filter_map(|(key, words)| Some((key, words.as_ref()?))).collect();

@@ -24,6 +24,7 @@ use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{Replacement, read_text};
 use serde::Deserialize;
 
+use crate::comments;
 use crate::kept::{EncoderTable, KeptEncoder, MarkTable, TakenTable, UnitTable, rated};
 
 /// The largest parameter file, in bytes; that of a whole ring has some 100 000.
@@ -57,6 +58,7 @@ struct FileTable {
     /// How many encoders the file holds, so that one that was cut off is seen.
     encoders: Option<usize>,
     model: Option<String>,
+    values: Option<usize>,
     /// Where it stood before there was `[unit]`.
     native: Option<u32>,
     #[serde(default)]
@@ -82,6 +84,19 @@ impl ParameterFile {
         }
     }
 
+    /// The same with the comments of the file as remarks of its encoders, for whoever writes it again.
+    ///
+    /// # Errors
+    /// As of [`ParameterFile::read`].
+    pub fn read_with_comments(path: &Path) -> Result<Self, ParameterFileError> {
+        let mut file = Self::read(path)?;
+        let text = read_text(path, FILE_BYTES_MAX).unwrap_or_default();
+        for (kept, comments) in file.encoders.iter_mut().zip(comments::of_encoders(&text)) {
+            kept.remarks = comments;
+        }
+        Ok(file)
+    }
+
     /// Reads a text. Each value is one that the encoder takes, and that the model has; whether it takes them together
     /// is for whoever programs them.
     ///
@@ -97,8 +112,18 @@ impl ParameterFile {
 
     #[expect(clippy::disallowed_methods, reason = "a model, which `words::model` reads")]
     fn of(table: FileTable) -> Result<Self, Wrong> {
-        let FileTable { _version, encoders, model, native, mut unit, taken, mark, parameters, encoder } =
-            table;
+        let FileTable {
+            _version,
+            encoders,
+            model,
+            values,
+            native,
+            mut unit,
+            taken,
+            mark,
+            parameters,
+            encoder,
+        } = table;
         if let Some(native) = native {
             if unit.native.is_some_and(|other| other != native) {
                 return Err(Wrong::at("native", "native stands here and in [unit], and they differ"));
@@ -109,7 +134,7 @@ impl ParameterFile {
             unit.native = Some(native);
         }
         if encoder.is_empty() && encoders.is_none() {
-            let table = EncoderTable { model, unit, taken, mark, parameters };
+            let table = EncoderTable { model, values, unit, taken, mark, parameters };
             return Ok(Self { encoders: vec![KeptEncoder::of(&table)?] });
         }
         if model.is_some() || taken.is_some() || !mark.is_empty() || parameters.is_some() {
@@ -233,7 +258,8 @@ fn version(text: &str) -> Result<(), Misfit> {
 #[allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "tests")]
 mod tests {
     use super::*;
-    use crate::kept::{MachineMark, TakenFrom, UnitLabel};
+    use crate::kept::{TakenFrom, UnitLabel};
+    use crate::mark::MachineMark;
     use crate::values::parameters_of;
     use encoring_words::{Model, Parameter, word};
     use proptest::prelude::*;
@@ -318,6 +344,44 @@ mod tests {
                 assert!(read.is_err() || read.is_ok_and(|file| nothing(&file)), "{}", &text[..end]);
             }
         }
+    }
+
+    #[test]
+    fn a_file_that_no_encoder_gave_and_that_was_cut_between_two_lines_is_refused() {
+        let kept = KeptEncoder { taken: None, ..full(2) };
+        let ring = ParameterFile { encoders: vec![full(0), kept.clone()] };
+        for text in [ParameterFile::from(kept).text(), ring.text()] {
+            let lines: Vec<_> = text.split_inclusive('\n').collect();
+            let head = lines.iter().rposition(|line| line.starts_with("values = 4")).unwrap();
+            for end in head + 1..lines.len() {
+                let refused = refusal(&lines[..end].concat());
+                if lines[..end].contains(&"[parameters]\n") {
+                    assert!(refused.contains("the file was cut off or changed"), "{end}: {refused}");
+                }
+            }
+            assert!(ParameterFile::parse("p.toml", &text).is_ok());
+            // As they were written before there was a number, and by hand.
+            let older = text.replace("values = 4\n", "");
+            assert!(ParameterFile::parse("p.toml", &older).is_ok());
+        }
+    }
+
+    #[test]
+    fn comments_come_back_as_remarks_of_the_encoder_at_which_they_stand() {
+        let text = "# about both\nversion = 1 # \"#\"\nencoders = 2\n\n# first\n[[encoder]]\nmodel = \"la-66\"\n# in it\n\
+                    [encoder.unit]\nserial = '# none' # from the plate\n[encoder.parameters]\n\
+                    measuring_length = 9    # service 02\n\n#second\n[[encoder]]\nmodel = \"la-66\"\n[encoder.parameters]\n#end\n";
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.toml");
+        fs::write(&path, text).unwrap();
+        let file = ParameterFile::read_with_comments(&path).unwrap();
+        let remarks: Vec<_> = file.encoders.iter().map(|kept| kept.remarks.clone()).collect();
+        let first =
+            ["about both", "version = 1: \"#\"", "first", "in it", "serial = '# none': from the plate"]
+                .to_vec();
+        assert_eq!(remarks, [first, ["second", "end"].to_vec()]);
+        file.replace(&path).unwrap();
+        assert_eq!(ParameterFile::read_with_comments(&path).unwrap(), file, "{}", file.text());
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub mod words;
 use encoring_host::Request;
 use encoring_words::explain::Meaning;
 use encoring_words::model::SensorKind;
-use encoring_words::{Model, OutWord, Parameter};
+use encoring_words::{ErrorStatus, Model, OutWord, Parameter, ParameterSet};
 
 use crate::kept::KeptEncoder;
 use positions::{AssumedScaling, Line};
@@ -31,6 +31,8 @@ pub struct Reconstruction {
     pub sound: bool,
     /// So many steps a position may be off at most; 0 unless it comes from known positions.
     pub off_at_most: u128,
+    /// Other numbers of steps fit the known positions as well: what is kept is a guess.
+    pub is_guess: bool,
 }
 
 impl Reconstruction {
@@ -43,6 +45,7 @@ impl Reconstruction {
             unknown: Vec::new(),
             sound: true,
             off_at_most: 0,
+            is_guess: false,
         }
     }
 
@@ -57,9 +60,10 @@ impl Reconstruction {
             match evidence {
                 WordEvidence::Known(found) => {
                     told.known.push(format!(
-                        "{key} = {}: {}",
+                        "{key} = {}: {}{}",
                         meant(parameter, model, found.value),
-                        found.place
+                        found.place,
+                        one_too_many(parameter, found.value)
                     ));
                 }
                 WordEvidence::Contradicted(several) => {
@@ -87,6 +91,10 @@ impl Reconstruction {
                  words that the program sends now: --word"
             ));
         }
+        if let Some(refused) = refused_together(&told.kept) {
+            told.sound = false;
+            told.unknown.push(refused);
+        }
         if findings.presets().is_empty() {
             told.unknown.push(
                 "the zero: no word has it. A place whose position is known, and a preset there, settle it"
@@ -105,6 +113,7 @@ impl Reconstruction {
         told.kept.remarks.push("put together from known positions; the old unit was not read".to_owned());
         told.kept.values.clone_from(&scaling.values);
         told.off_at_most = scaling.off_at_most;
+        told.is_guess = !scaling.only_round_one;
         let per = if rod { "over the rod" } else { "per turn" };
         let (low, high) = line.steps();
         told.known.push(format!(
@@ -176,6 +185,39 @@ fn meant(parameter: Parameter, model: Model, value: u32) -> String {
         Some(meaning) => format!("{value} ({meaning})"),
         None => value.to_string(),
     }
+}
+
+/// What is odd about a measuring length that is itself a power of two: it is the largest position, and there is one more.
+fn one_too_many(parameter: Parameter, value: u32) -> String {
+    if parameter != Parameter::MeasuringLength || !value.is_power_of_two() || value < 0x100 {
+        return String::new();
+    }
+    format!(
+        ". It is the largest position, so there are {}: is {} meant, which makes {value}?",
+        u64::from(value) + 1,
+        value - 1
+    )
+}
+
+/// Why no encoder of the model takes the scaling that is kept, however finely it divides a turn; `None` if one does, or if
+/// not all of it is kept.
+fn refused_together(kept: &KeptEncoder) -> Option<String> {
+    let model = kept.model;
+    let value = |parameter| kept.value(parameter);
+    let length = value(Parameter::MeasuringLength)?;
+    let (numerator, denominator) = (value(Parameter::Numerator)?, value(Parameter::Denominator)?);
+    let mut set = ParameterSet::factory(model, model.finest_sensor());
+    for (parameter, value) in &kept.values {
+        set.set(*parameter, *value);
+    }
+    let status = set.validity(model, model.finest_sensor());
+    status.contains(ErrorStatus::LENGTH_TOO_LARGE).then(|| {
+        format!(
+            "which of these words the encoder took: {} positions in {numerator}/{denominator} turns are more than any {model} \
+             has, and the data check refuses them. One of the words is not of this encoder, or was misread",
+            u64::from(length) + 1
+        )
+    })
 }
 
 /// What stays as the new unit has it.

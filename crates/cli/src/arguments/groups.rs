@@ -42,7 +42,7 @@ pub(crate) struct Consent {
 /// What the type label of an encoder says.
 #[derive(Args, Debug, Clone, Copy)]
 pub(crate) struct TypeLabel {
-    /// Model on the encoder's type label; a simulated ring and a recording name it
+    /// Model on the encoder's type label; a simulated ring names it
     #[arg(long, value_parser = model(), global = true)]
     pub(crate) model: Option<Model>,
     /// Steps per turn on the rating plate of a rotary encoder

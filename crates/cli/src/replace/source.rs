@@ -35,6 +35,8 @@ pub(super) struct Source {
     sound: bool,
     /// So many steps a position may be off; only of known positions.
     pub(super) off_at_most: u128,
+    /// Other numbers of steps fit the known positions as well.
+    pub(super) is_guess: bool,
 }
 
 impl Source {
@@ -108,7 +110,7 @@ impl Source {
             )));
         }
         let taken = kept.taken.as_ref().map_or_else(
-            || "a file without [taken]: somebody wrote it by hand".to_owned(),
+            || "a file without [taken]: no encoder was read for it".to_owned(),
             |taken| format!("read at {} over {}, position {}", taken.at, taken.bus, taken.position),
         );
         let unknown = parameters_of(kept.model).filter(|parameter| kept.value(*parameter).is_none());
@@ -122,13 +124,14 @@ impl Source {
             unknown: unknown.collect(),
             sound: true,
             off_at_most: 0,
+            is_guess: false,
             kept,
         })
     }
 
     fn reconstructed(kind: &'static str, found: Reconstruction) -> Self {
-        let Reconstruction { kept, known, assumed, unknown, sound, off_at_most } = found;
-        Self { kind, kept, known, assumed, unknown, sound, off_at_most }
+        let Reconstruction { kept, known, assumed, unknown, sound, off_at_most, is_guess } = found;
+        Self { kind, kept, known, assumed, unknown, sound, off_at_most, is_guess }
     }
 
     /// Whether there is something to program, and nothing contradicts.
@@ -139,7 +142,7 @@ impl Source {
     /// How `replace` ends where it only tells.
     pub(super) fn answer(&self) -> Answer {
         let whole = parameters_of(self.kept.model).all(|parameter| self.kept.value(parameter).is_some());
-        if self.can_be_programmed() && whole { Answer::Yes } else { Answer::Unknown }
+        if self.can_be_programmed() && whole && !self.is_guess { Answer::Yes } else { Answer::Unknown }
     }
 
     /// Keeps it in a file.
@@ -354,6 +357,7 @@ fn positions(
                 unknown: vec![unsettled.to_string()],
                 sound: false,
                 off_at_most: 0,
+                is_guess: false,
             });
         }
     };

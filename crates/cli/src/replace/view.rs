@@ -31,6 +31,9 @@ pub(super) struct ReplaceView {
     zero: Vec<String>,
     /// What was left undone, in sentences.
     left: Vec<String>,
+    /// The scaling is one of several that fit, and nobody who was asked has seen it.
+    #[serde(skip)]
+    is_unseen_guess: bool,
     /// How it ended, if a step failed after the programming.
     #[serde(skip)]
     ended: Answer,
@@ -162,6 +165,7 @@ impl ReplaceView {
             comparison: None,
             zero,
             left: Vec::new(),
+            is_unseen_guess: false,
             ended: Answer::Yes,
         }
     }
@@ -197,6 +201,16 @@ impl ReplaceView {
         self.left.push(what.to_owned());
     }
 
+    /// The scaling was guessed, and programmed without asking anybody.
+    pub(super) fn guessed_unseen(&mut self) {
+        if self.comparison.is_none() {
+            self.is_unseen_guess = true;
+            self.left(
+                "the scaling is one of several that fit, and was not compared at a second mark: --compare-at",
+            );
+        }
+    }
+
     /// Whether there is a report of the programming.
     pub(super) const fn has_programmed(&self) -> bool {
         self.program.is_some()
@@ -210,6 +224,11 @@ impl ReplaceView {
         Ok(())
     }
 
+    /// Without a second place nobody knows whether a guessed scaling is that of the old unit; whoever was asked has seen that.
+    const fn uncompared(&self) -> Answer {
+        if self.is_unseen_guess { Answer::Unknown } else { Answer::Yes }
+    }
+
     pub(super) fn answer(&self, dry_run: bool) -> Answer {
         let program = self.program.as_ref();
         let programmed = program.map_or(Answer::No, ProgramView::answer);
@@ -219,7 +238,7 @@ impl ReplaceView {
                 _ => programmed,
             },
             self.preset_answer().unwrap_or(Answer::Yes),
-            self.comparison.as_ref().map_or(Answer::Yes, ComparisonView::answer),
+            self.comparison.as_ref().map_or(self.uncompared(), ComparisonView::answer),
             self.ended,
         ])
     }

@@ -589,3 +589,70 @@ fn a_restore_takes_no_parts_and_says_so() {
     let read = bench.out("program --file part.toml --at 2 --yes", 0);
     assert!(read.contains("25 bits, binary"), "{read}");
 }
+
+#[test]
+fn a_guessed_scaling_is_told_and_ends_with_3_until_a_second_mark_was_compared() {
+    let bench = Bench::new();
+    let known = "replace --model ce-100-m --mm-per-turn 5 --known '0=0 mm' --known '5000=25 MM' --known '9000=45 mm' --at 1 --yes";
+    let guessed = bench.answered(known, "");
+    assert_eq!(guessed.code, Some(3), "{}", guessed.out);
+    assert!(
+        with_long_lines(&guessed.out)
+            .contains("the scaling is one of several that fit, and was not compared")
+    );
+    // At 5000 steps of the shaft, on 1000 steps a turn.
+    let shown = 5_000 * 1_000 / 4_096;
+    let compared = known.replace("0=0 mm", &format!("{shown}=6.1 mm")) + " --compare-at 'place 6.1 mm'";
+    let compared = bench.answered(&compared, "");
+    assert_eq!(compared.code, Some(0), "{} {}", compared.out, compared.err);
+    let exact = "replace --model ce-100-m --known '0=0.000 deg' --known '1000=360.0 deg' --known '100000=36000.0 deg' --at 1 --yes";
+    assert_eq!(bench.answered(exact, "").code, Some(0));
+}
+
+#[test]
+fn a_saved_file_that_was_cut_between_two_lines_is_refused() {
+    let bench = Bench::new();
+    let words =
+        "replace --model ce-65-m --word C200270F --word C300000A --word C9000001 --yes --save found.toml";
+    assert_eq!(bench.answered_alone(words).code, Some(3));
+    let text = bench.file("found.toml");
+    let (whole, _) = text.split_once("denominator").unwrap();
+    fs::write(bench.path().join("cut.toml"), whole).unwrap();
+    let refused = bench.alone("replace --from cut.toml --yes");
+    assert_eq!(refused.code, Some(2), "{}", refused.out);
+    assert!(
+        with_long_lines(&refused.err).contains("values = 3, and 2 are in [parameters]: the file was cut off")
+    );
+    assert_eq!(bench.alone("replace --from found.toml --yes").code, Some(3));
+}
+
+#[test]
+fn words_that_no_encoder_takes_together_are_not_programmed() {
+    let bench = Bench::new();
+    let run = |length: &str| {
+        let Run { code, out, .. } = bench
+            .alone(&format!("replace --model ce-65-m --word {length} --word C3000001 --word C9000001 --yes"));
+        (code, with_long_lines(&out))
+    };
+    let (code, out) = run("C2003FFF");
+    assert_eq!(code, Some(3));
+    assert!(out.contains("16384 positions in 1/1 turns are more than any ce-65-m has"), "{out}");
+    let (_, out) = run("C2001000");
+    assert!(out.contains("so there are 4097: is 4095 meant, which makes 4096?"), "{out}");
+    let (_, out) = run("C2000FFF");
+    assert!(!out.contains("more than any") && !out.contains("is 4095 meant"), "{out}");
+}
+
+#[test]
+fn an_update_keeps_the_comments_of_a_file() {
+    let bench = Bench::new();
+    bench.out("backup a.toml --at 2", 0);
+    let text = bench.file("a.toml").replace("numerator", "# checked on site\nnumerator") + "# the end\n";
+    fs::write(bench.path().join("a.toml"), &text).unwrap();
+    bench.out("backup a.toml --update --at 2 --serial 7", 0);
+    let updated = bench.file("a.toml");
+    for comment in ["# checked on site\n", "# the end\n", "# IN showed "] {
+        assert_eq!(updated.matches(comment).count(), 1, "{comment}: {updated}");
+    }
+    assert!(updated.contains("serial = \"7\"") && updated.contains("denominator = 1    # service 09"));
+}

@@ -7,7 +7,7 @@ use encoring_words::word::DATA_MAX;
 use encoring_words::{Model, Parameter};
 
 use super::interval::{ExactNumber, Interval, less, product, reduced};
-use crate::kept::{Reference, ReferenceUnit};
+use crate::mark::{Reference, ReferenceUnit};
 use crate::values::{number_of, parameters_of};
 
 /// Half a millionth of a millimetre or degree: the unit of places, so that half a digit is a whole number.

@@ -7,7 +7,7 @@ use encoring_words::Parameter;
 use super::Reconstruction;
 use super::positions::{KnownPosition, Line, MeasuredWay, Unsettled, WrapBetween};
 use super::words::{WordEvidence, WordFindings};
-use crate::kept::{Reference, ReferenceUnit};
+use crate::mark::{Reference, ReferenceUnit};
 
 /// Chance that can be repeated (SplitMix64).
 struct Chance(u64);
