@@ -16,7 +16,7 @@ const SSI_EDGE: &[u8] = b"# ssi ";
 
 /// Reads a trace, a recording, a log or a table of others, row by row. After the first error there are no more rows.
 ///
-/// A recording that was cut off, as a killed program leaves it, has the rows up to its last line end: a last row
+/// A recording or a log that was cut off, as a killed program leaves it, has the rows up to its last line end: a last row
 /// without one may be a piece that still reads as a row, and is left out.
 #[derive(Debug)]
 pub struct Reader<R> {
@@ -103,9 +103,21 @@ impl<R: Read> Reader<R> {
                     let seen = vec![header, Seen::last_of(&lines)];
                     Rows::Foreign(Box::new(Table::open(lines, seen, layout)?))
                 } else {
-                    let piece = recording.is_some().then_some(None);
+                    let origin = match (&recording, is_log) {
+                        (Some(_), _) => Origin::Recording,
+                        (None, true) => Origin::Log,
+                        (None, false) => Origin::Others,
+                    };
                     let doubt = Doubt::Nothing;
-                    Rows::Ours(Box::new(Trace { lines, columns, ahead, previous_ns: None, doubt, piece }))
+                    Rows::Ours(Box::new(Trace {
+                        lines,
+                        columns,
+                        ahead,
+                        previous_ns: None,
+                        doubt,
+                        origin,
+                        piece: None,
+                    }))
                 }
             }
             _ => {
@@ -154,10 +166,10 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// The line of the last row of a recording, if it has no line end and was left out; known behind the last row.
+    /// The line of the last row of a recording or a log, if it has no line end and was left out; known behind the last row.
     pub fn piece(&self) -> Option<u64> {
         match &self.rows {
-            Rows::Ours(trace) => trace.piece.flatten(),
+            Rows::Ours(trace) => trace.piece,
             Rows::Foreign(_) => None,
         }
     }
@@ -194,8 +206,18 @@ struct Trace<R> {
     ahead: bool,
     previous_ns: Option<u64>,
     doubt: Doubt,
-    /// Of a recording the line of a last row without its end, once it was seen.
-    piece: Option<Option<u64>>,
+    origin: Origin,
+    /// Of a recording or a log the line of a last row without its end, once it was seen.
+    piece: Option<u64>,
+}
+
+/// Who wrote a file, as its first line says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    Recording,
+    Log,
+    /// Somebody else, who may leave out the last line end.
+    Others,
 }
 
 impl<R: Read> Trace<R> {
@@ -207,16 +229,13 @@ impl<R: Read> Trace<R> {
             }
             match self.lines.line() {
                 line if is_header_or_row(line) => break RowKind::Exchange,
-                line if self.piece.is_some() && comment(line).starts_with(SSI_EDGE) => {
+                line if self.origin == Origin::Recording && comment(line).starts_with(SSI_EDGE) => {
                     break RowKind::SsiEdge;
                 }
                 _ => {}
             }
         };
-        if let Some(piece) = &mut self.piece
-            && !self.lines.is_ended()
-        {
-            *piece = Some(self.lines.number());
+        if self.origin == Origin::Recording && self.is_piece() {
             return Ok(false);
         }
         row.time_ns = self.previous_ns.map_or(0, |previous_ns| previous_ns.saturating_add(ROW_NS));
@@ -243,10 +262,20 @@ impl<R: Read> Trace<R> {
         if read < columns.len() || cells.any(|cell| !cell.trim_ascii().is_empty()) {
             return Err(self.misfit(columns, line, read));
         }
+        drop(cells);
         in_order(self.previous_ns, row.time_ns)
             .map_err(|problem| self.lines.error(Some(Column::Time.name()), problem))?;
         self.previous_ns = Some(row.time_ns);
-        Ok(true)
+        // What does not read as a row is told as the half line that it is.
+        Ok(self.origin != Origin::Log || !self.is_piece())
+    }
+
+    /// Whether the line has no end. Recordings and logs are written a line at a time: it may be a piece that reads as a row.
+    fn is_piece(&mut self) -> bool {
+        if !self.lines.is_ended() {
+            self.piece = Some(self.lines.number());
+        }
+        self.piece.is_some()
     }
 
     /// Why the row could not be read beyond its first `read` cells. A wrong number of cells comes first,

@@ -111,6 +111,23 @@ fn columns_come_in_any_order_and_lines_end_in_any_way() {
 }
 
 #[test]
+fn the_last_row_of_a_log_without_its_line_end_is_left_out_and_told() {
+    let log = "# encoring-log 2 started today\ntime_us,position,in,verdict,value\n0,0,0x00000001,valid,1\n\
+               5,0,0x0000066B,valid,1643";
+    for end in [log.len() - 3, log.len()] {
+        let mut reader = Reader::new("log.csv", &log.as_bytes()[..end]).unwrap();
+        let read: Vec<_> = reader.by_ref().map(Result::unwrap).collect();
+        assert_eq!((read.len(), reader.piece()), (1, Some(4)), "{end}");
+    }
+    assert_eq!(rows(format!("{log}\n").as_bytes()).unwrap().len(), 2);
+    // What does not read as a row is a half line.
+    let half = rows(&log.as_bytes()[..log.len() - 15]).unwrap_err();
+    assert!(half.is_half, "{half}");
+    // A table of others may leave the line end out.
+    assert_eq!(rows(log.replace("# encoring-log 2", "# a log").as_bytes()).unwrap().len(), 2);
+}
+
+#[test]
 fn an_exponent_of_any_length_is_read_or_refused() {
     let read = |cell: &str| rows(format!("t [s];in\n0;00000000\n{cell};00000000\n").as_bytes());
     for (cell, time_ns) in [("5e-3", 5_000_000), ("5e+000", 5_000_000_000), ("5e-999", 0)] {
