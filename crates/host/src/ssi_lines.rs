@@ -10,8 +10,8 @@ mod tests;
 use encoring_words::ssi_frame::MONO_PERIOD;
 use encoring_words::{Duration, Instant};
 
-/// Lines that are compared.
-pub const SSI_LINES_MAX: usize = 16;
+/// Lines that are compared: those of the analysers in use.
+pub const SSI_LINES_MAX: usize = 32;
 
 /// Falling edges that a clock has at least: those of the shortest transfer.
 const FALLS_MIN: u32 = 8;

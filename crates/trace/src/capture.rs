@@ -137,6 +137,17 @@ pub struct Capture<R> {
     channels: Vec<String>,
 }
 
+/// Where the times of a capture come from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CaptureTimes {
+    /// Every change stands there with its time.
+    Stamped,
+    /// They are samples; the file names their rate, in hertz.
+    Sampled(u64),
+    /// They are samples, at a rate in hertz that the file does not name.
+    SampledAsGiven(u64),
+}
+
 /// So many bytes tell what a file is.
 const HEAD: usize = 512;
 
@@ -161,6 +172,15 @@ impl<R: Read + Seek> Capture<R> {
         match &self.kind {
             Kind::Csv(head) => head.origin_ns(),
             Kind::Vcd(_) | Kind::Sigrok(_) => 0,
+        }
+    }
+
+    /// Where its times come from.
+    pub const fn times(&self) -> CaptureTimes {
+        match &self.kind {
+            Kind::Csv(head) => head.times(),
+            Kind::Sigrok(head) => CaptureTimes::Sampled(head.hertz()),
+            Kind::Vcd(_) => CaptureTimes::Stamped,
         }
     }
 

@@ -8,7 +8,7 @@ mod layout;
 mod look;
 mod names;
 mod source;
-mod time;
+pub(crate) mod time;
 
 use std::io::{self, BufReader, Cursor, Read};
 

@@ -11,7 +11,7 @@ use std::thread;
 
 use clap::Args;
 use encoring_host::ssi_lines::{LinesFound, SSI_LINES_MAX, SsiLines};
-use encoring_trace::capture::{Capture, CaptureChange, CaptureEnd, CaptureError};
+use encoring_trace::capture::{Capture, CaptureChange, CaptureEnd, CaptureError, CaptureTimes};
 use encoring_words::Instant;
 use encoring_words::ssi_frame::Level;
 use indicatif::ProgressBarIter;
@@ -81,11 +81,30 @@ impl CaptureArguments {
         let file = File::open(&self.file).map_err(|cause| bad_input(format!("{name}: {cause}")))?;
         let source = reading::bar(&file, beside).wrap_read(file);
         let mut capture = Capture::new(&name, source, self.samplerate)?;
+        self.tell_unused_rate(&name, capture.times());
         let lines = match (&self.clock, &self.data) {
             (Some(clock), Some(data)) => named(&capture, &name, clock, data)?,
             _ => found(&mut capture, &name, &interrupt)?,
         };
         Ok(Captured { capture, lines, interrupt })
+    }
+}
+
+impl CaptureArguments {
+    /// Says that a file knows its times better than `--samplerate`.
+    fn tell_unused_rate(&self, name: &str, times: CaptureTimes) {
+        let Some(given) = self.samplerate else { return };
+        match times {
+            CaptureTimes::Stamped => {
+                note(&format!("note: {name} has a time for each change; --samplerate is not used"));
+            }
+            CaptureTimes::Sampled(own) if own != given => {
+                note(&format!(
+                    "note: {name} says itself that it was sampled at {own} Hz; --samplerate with {given} Hz is not used"
+                ));
+            }
+            CaptureTimes::Sampled(_) | CaptureTimes::SampledAsGiven(_) => {}
+        }
     }
 }
 

@@ -30,11 +30,11 @@ Faults:
   trailing_high    the data are High after the field
   stuck_low, stuck_high
   clock_limit      slower than 50 kHz (the word breaks at t_M), or faster than 1.1 MHz
-  cut              the capture begins or ends within the transfer
+  cut              the capture begins or ends within the transfer: no fault of the line
 
 Exit codes:
-  0  no fault
-  1  a fault
+  0  no fault, or none but cut
+  1  a fault other than cut
   2  wrong input, or clock and data cannot be told apart
   3  no complete transfer in the capture
 

@@ -2,6 +2,11 @@ use super::*;
 
 /// A train of so many pulses with the bits of `word` on line 1, each after a delay; line 0 is the clock.
 fn train(lines: &mut SsiLines, at: &mut u64, word: u32, half: u64, delay: u64) {
+    train_at(lines, 0, at, word, half, delay);
+}
+
+/// The same with the clock on another line, and the data on the next.
+fn train_at(lines: &mut SsiLines, first: usize, at: &mut u64, word: u32, half: u64, delay: u64) {
     let mut edges = [(u64::MAX, 0, false); 100];
     let mut count = 0;
     let mut push = |edge| {
@@ -16,10 +21,10 @@ fn train(lines: &mut SsiLines, at: &mut u64, word: u32, half: u64, delay: u64) {
     push((*at + 48 * half + 20_001 + delay, 1, true));
     edges.sort_unstable();
     let mut high = 0b11_u64;
-    lines.levels(Instant(*at - 1), high);
+    lines.levels(Instant(*at - 1), high << first);
     for (time, line, level) in edges.into_iter().take_while(|(time, ..)| *time < u64::MAX) {
         high = if level { high | 1 << line } else { high & !(1 << line) };
-        lines.levels(Instant(time), high);
+        lines.levels(Instant(time), high << first);
     }
     *at += 50 * half + 50_000;
 }
@@ -78,4 +83,16 @@ fn a_clock_that_rests_low_is_told() {
         lines.levels(Instant(train * 100_000 + 50_000), 0);
     }
     assert_eq!(lines.found(), LinesFound::InvertedClock { clock: 0 });
+}
+
+#[test]
+fn clock_and_data_are_found_among_all_lines_of_an_analyser() {
+    for clock in [0, 7, SSI_LINES_MAX - 2] {
+        let mut lines = SsiLines::new(SSI_LINES_MAX);
+        let mut at = 100_000;
+        for word in [0x00_270F, 0x55_5555, 0x80_0001] {
+            train_at(&mut lines, clock, &mut at, word, 500, 30);
+        }
+        assert_eq!(lines.found(), LinesFound::Pair { clock, data: clock + 1 });
+    }
 }

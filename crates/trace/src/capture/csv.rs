@@ -5,8 +5,12 @@ use std::io::Read;
 use std::ops::ControlFlow;
 
 use super::decimal::{SampleRate, hertz, scaled};
-use super::{CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProblem, Told, Wrong, wrong_line};
+use super::{
+    CHANNELS_MAX, CaptureChange, CaptureEnd, CapturePlace, CaptureProblem, CaptureTimes, Told, Wrong,
+    wrong_line,
+};
 use crate::lines::Lines;
+use crate::table::time::{Commas, Scale};
 
 /// The longest row.
 const LINE_MAX: usize = 64 * 1024;
@@ -24,6 +28,8 @@ pub(super) struct Head {
     /// Lines before the first row.
     before: u64,
     origin_ns: i64,
+    /// The rate of the samples does not stand in the file.
+    is_rate_given: bool,
 }
 
 /// Where the time of a row comes from.
@@ -31,8 +37,19 @@ pub(super) struct Head {
 enum Times {
     /// A cell, in units of so many decimal places of a second.
     Cell { cell: usize, places: i32 },
+    /// A cell with a date or a time of day; they count from the first row.
+    Dates { cell: usize, scale: Scale, first_ns: i128 },
     /// Rows are samples.
     Samples(SampleRate),
+}
+
+impl Times {
+    const fn cell(self) -> Option<usize> {
+        match self {
+            Self::Cell { cell, .. } | Self::Dates { cell, .. } => Some(cell),
+            Self::Samples(_) => None,
+        }
+    }
 }
 
 impl Head {
@@ -43,7 +60,15 @@ impl Head {
     pub(super) const fn sample_ns(&self) -> Option<u64> {
         match self.times {
             Times::Samples(rate) => Some(rate.period_ns()),
-            Times::Cell { .. } => None,
+            Times::Cell { .. } | Times::Dates { .. } => None,
+        }
+    }
+
+    pub(super) const fn times(&self) -> CaptureTimes {
+        match self.times {
+            Times::Samples(rate) if self.is_rate_given => CaptureTimes::SampledAsGiven(rate.hertz()),
+            Times::Samples(rate) => CaptureTimes::Sampled(rate.hertz()),
+            Times::Cell { .. } | Times::Dates { .. } => CaptureTimes::Stamped,
         }
     }
 }
@@ -90,7 +115,7 @@ impl Comments {
 fn time_unit(name: &str) -> Option<Result<i32, &'static str>> {
     let name: String =
         name.chars().filter(|sign| !sign.is_whitespace()).collect::<String>().to_ascii_lowercase();
-    let bare = ["time", "timestamp", "t"].into_iter().find_map(|time| name.strip_prefix(time));
+    let bare = ["timestamp", "time", "t"].into_iter().find_map(|time| name.strip_prefix(time));
     let unit = match (name.as_str(), bare) {
         ("seconds" | "milliseconds" | "microseconds" | "nanoseconds", _) => name.as_str(),
         (_, Some(unit)) => unit.trim_matches(['[', ']', '(', ')', '_']),
@@ -133,13 +158,13 @@ pub(super) fn head<R: Read>(source: R, samplerate: Option<u64>) -> Result<(Head,
         let separator = separator(line);
         let cells: Vec<String> = split(line, separator).map(str::to_owned).collect();
         let is_row = cells.iter().all(|cell| scaled(&cell.replace(',', "."), 0).is_some());
-        let (mut head, names) =
-            columns(&cells, is_row, comments, samplerate).map_err(|problem| wrong_line(number, problem))?;
+        let first = if is_row || advance(&mut lines)? { text(&lines)? } else { "" };
+        let first: Vec<&str> = split(first, separator).collect();
+        let (mut head, names) = columns(&cells, is_row, comments, samplerate, &first)
+            .map_err(|problem| wrong_line(number, problem))?;
         head.separator = separator;
-        head.before = if is_row { number - 1 } else { number };
-        if is_row || advance(&mut lines)? {
-            head.origin_ns = origin(&head, text(&lines)?);
-        }
+        head.before = if is_row { number.saturating_sub(1) } else { number };
+        head.origin_ns = origin(&head, &first);
         return Ok((head, names));
     }
     let problem =
@@ -148,10 +173,21 @@ pub(super) fn head<R: Read>(source: R, samplerate: Option<u64>) -> Result<(Head,
 }
 
 /// A first time below 0: what is before the trigger.
-fn origin(head: &Head, row: &str) -> i64 {
+fn origin(head: &Head, first: &[&str]) -> i64 {
     let Times::Cell { cell, places } = head.times else { return 0 };
-    let time = split(row, head.separator).nth(cell).map(|cell| cell.replace(',', "."));
+    let time = first.get(cell).map(|cell| cell.replace(',', "."));
     time.and_then(|time| scaled(&time, 9 - places)).filter(|time| *time < 0).unwrap_or(0)
+}
+
+/// How the times of a column are written, by its header and its first cell.
+fn times(cell: usize, unit: Result<i32, &'static str>, first: &[&str]) -> Result<Times, String> {
+    let first = first.get(cell).copied().unwrap_or_default();
+    // Saleae's Logic keeps `Time [s]` above dates.
+    let date = Scale::of(first).and_then(|scale| Some((scale, scale.ns(first, Commas::Decimal)?)));
+    match date {
+        Some((scale, first_ns)) => Ok(Times::Dates { cell, scale, first_ns }),
+        None => Ok(Times::Cell { cell, places: unit? }),
+    }
 }
 
 fn columns(
@@ -159,6 +195,7 @@ fn columns(
     is_row: bool,
     comments: Comments,
     samplerate: Option<u64>,
+    first: &[&str],
 ) -> Result<(Head, Vec<String>), String> {
     if cells.len() > CHANNELS_MAX {
         return Err(format!("{} columns, at most {CHANNELS_MAX} are read", cells.len()));
@@ -169,13 +206,13 @@ fn columns(
             if time.is_some() {
                 return Err("two columns of times".to_owned());
             }
-            time = Some((cell, unit?));
+            time = Some((cell, unit));
         }
     }
     let columns: Vec<usize> =
         (0..cells.len()).filter(|cell| time.is_none_or(|(time, _)| time != *cell)).collect();
     let times = match (time, comments.samplerate.or(samplerate)) {
-        (Some((cell, places)), _) => Times::Cell { cell, places },
+        (Some((cell, unit)), _) => times(cell, unit, first)?,
         (None, Some(hertz)) => Times::Samples(SampleRate::new(hertz)),
         (None, None) => {
             let problem = "neither a column of times as `Time [s]` nor a comment `; Samplerate: 1 MHz` before it, so no \
@@ -192,7 +229,16 @@ fn columns(
     } else {
         (1..=columns.len()).map(|number| number.to_string()).collect()
     };
-    Ok((Head { separator: ',', cells: cells.len(), columns, times, before: 0, origin_ns: 0 }, names))
+    let head = Head {
+        separator: ',',
+        cells: cells.len(),
+        columns,
+        times,
+        before: 0,
+        origin_ns: 0,
+        is_rate_given: comments.samplerate.is_none(),
+    };
+    Ok((head, names))
 }
 
 /// Reads all rows.
@@ -258,10 +304,8 @@ impl<'a> Rows<'a> {
                     "1" => bits,
                     _ => return Err(wrong_cell(number, cell, format!("{value:?} is neither 0 nor 1"))),
                 };
-            } else if let Times::Cell { cell: time, places } = self.head.times
-                && cell == time
-            {
-                time_ns = self.time(value, places).map_err(|problem| wrong_cell(number, cell, problem))?;
+            } else if self.head.times.cell() == Some(cell) {
+                time_ns = self.time(value).map_err(|problem| wrong_cell(number, cell, problem))?;
             }
         }
         if cells != self.head.cells {
@@ -277,15 +321,25 @@ impl<'a> Rows<'a> {
     }
 
     /// Nanoseconds from the origin.
-    fn time(&self, value: &str, places: i32) -> Result<u64, String> {
-        let time = match value.contains(',') {
-            true => scaled(&value.replace(',', "."), 9 - places),
-            false => scaled(value, 9 - places),
+    fn time(&self, value: &str) -> Result<u64, String> {
+        let from_origin = match self.head.times {
+            Times::Cell { places, .. } => {
+                let time = match value.contains(',') {
+                    true => scaled(&value.replace(',', "."), 9 - places),
+                    false => scaled(value, 9 - places),
+                };
+                time.map(|time| i128::from(time) - i128::from(self.head.origin_ns))
+            }
+            Times::Dates { scale, first_ns, .. } => {
+                scale.ns(value, Commas::Decimal).map(|time| time.saturating_sub(first_ns))
+            }
+            Times::Samples(_) => None,
         };
-        let time = time.ok_or_else(|| format!("{value:?} is no time"))?;
-        let from_origin = i128::from(time) - i128::from(self.head.origin_ns);
-        let found = u64::try_from(from_origin).ok().filter(|time| *time >= self.time_ns);
-        found.ok_or_else(|| format!("{value} is before the time of the row before"))
+        let from_origin = from_origin.ok_or_else(|| format!("{value:?} is no time"))?;
+        if from_origin < i128::from(self.time_ns) {
+            return Err(format!("{value} is before the time of the row before"));
+        }
+        u64::try_from(from_origin).map_err(|_| format!("{value:?} is too far away"))
     }
 }
 

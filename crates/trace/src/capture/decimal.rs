@@ -69,6 +69,10 @@ impl SampleRate {
         Self { hertz, period_ns: SECOND_NS / hertz, is_whole: SECOND_NS.is_multiple_of(hertz) }
     }
 
+    pub(super) const fn hertz(self) -> u64 {
+        self.hertz
+    }
+
     pub(super) const fn period_ns(self) -> u64 {
         self.period_ns
     }

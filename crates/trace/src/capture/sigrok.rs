@@ -36,6 +36,10 @@ pub(super) struct Head {
 }
 
 impl Head {
+    pub(super) const fn hertz(&self) -> u64 {
+        self.rate.hertz()
+    }
+
     pub(super) const fn sample_ns(&self) -> u64 {
         self.rate.period_ns()
     }

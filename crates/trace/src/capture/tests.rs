@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write};
 use std::ops::ControlFlow;
 
-use super::{Capture, CaptureEnd, CaptureFormat, CaptureWriter};
+use super::{Capture, CaptureEnd, CaptureFormat, CaptureTimes, CaptureWriter};
 
 type Changes = Vec<(u64, u64, u64)>;
 
@@ -138,6 +138,41 @@ fn a_table_of_samples_is_read_with_the_rate_in_its_comment() {
         (told.channels().to_vec(), told.sample_ns()),
         (vec!["1".to_owned(), "2".to_owned()], Some(1_000))
     );
+}
+
+#[test]
+fn dates_in_a_table_count_from_its_first_row() {
+    for (header, first, second, ns) in [
+        (
+            "Time [s],clock",
+            "2026-11-28T10:00:00.000000001+00:00",
+            "2026-11-28T11:00:01.5+01:00",
+            1_499_999_999,
+        ),
+        ("Time,clock", "2026-11-28 23:59:59.999", "2026-11-29 00:00:00", 1_000_000),
+        ("Timestamp;clock", "28.11.2026 10:00:00,5", "28.11.2026 10:00:00,500001", 1_000),
+        ("t,clock", "-009998-01-02T00:00:00Z", "-009998-01-02T00:00:01Z", 1_000_000_000),
+    ] {
+        let separator = header.chars().find(|sign| ";,".contains(*sign)).unwrap();
+        let text = format!("{header}\n{first}{separator}1\n{second}{separator}0\n");
+        assert_eq!(read(text.as_bytes()).unwrap().1, [(0, 1, 1), (ns, 0, 1)], "{text}");
+    }
+    let table = |rows: &str| format!("Time [s],clock\n2026-11-28T10:00:00Z,1\n{rows}\n");
+    refused(
+        &table("2026-11-28T09:59:59Z,0"),
+        "a line 3, column 1: 2026-11-28T09:59:59Z is before the time of the row before",
+    );
+    refused(&table("9999-12-30T00:00:00Z,0"), "a line 3, column 1: \"9999-12-30T00:00:00Z\" is too far away");
+    refused(&table("0.001,0"), "a line 3, column 1: \"0.001\" is no time");
+}
+
+#[test]
+fn a_capture_says_where_its_times_come_from() {
+    let times = |text: &str, given| Capture::new("a", Cursor::new(text.to_owned()), given).unwrap().times();
+    assert_eq!(times("Time [s],a\n0,1\n", Some(5)), CaptureTimes::Stamped);
+    assert_eq!(times("; Samplerate: 1 MHz\na\n1\n", Some(5)), CaptureTimes::Sampled(1_000_000));
+    assert_eq!(times("a\n1\n", Some(5)), CaptureTimes::SampledAsGiven(5));
+    assert_eq!(times(HEAD, None), CaptureTimes::Stamped);
 }
 
 #[test]

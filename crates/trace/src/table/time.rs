@@ -16,7 +16,7 @@ const DIGITS_MAX: usize = 30;
 
 /// How the times of a column are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scale {
+pub(crate) enum Scale {
     /// A number of this unit.
     Unit(Unit),
     /// A date and a time with its offset from UTC.
@@ -33,7 +33,7 @@ pub(super) enum Scale {
 
 /// A unit of time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unit {
+pub(crate) enum Unit {
     S,
     Ms,
     Us,
@@ -78,7 +78,7 @@ impl Unit {
 
 impl Scale {
     /// The scale of a time without a unit: a date or a time of day.
-    pub(super) fn of(cell: &str) -> Option<Self> {
+    pub(crate) fn of(cell: &str) -> Option<Self> {
         // A date alone, or what has a time of day or a mark.
         if !cell.contains([':', '#']) && ['-', '/'].iter().all(|mark| cell.matches(*mark).count() < 2) {
             return None;
@@ -88,7 +88,7 @@ impl Scale {
     }
 
     /// Nanoseconds, from wherever this scale counts; `None` for what is no such time.
-    pub(super) fn ns(self, cell: &str, commas: Commas) -> Option<i128> {
+    pub(crate) fn ns(self, cell: &str, commas: Commas) -> Option<i128> {
         match self {
             Self::Unit(unit) => decimal(cell, commas, unit.power())
                 .or_else(|| decimal(&ungrouped(cell)?, commas, unit.power())),
@@ -147,7 +147,7 @@ impl Scale {
 
 /// What a comma in a number is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Commas {
+pub(crate) enum Commas {
     /// It stands where others have a point.
     Decimal,
     /// It separates cells, so it is in no number.

@@ -221,6 +221,24 @@ fn a_capture_that_breaks_off_is_decoded_up_to_there_and_its_last_transfer_is_cut
 }
 
 #[test]
+fn a_rate_beside_that_of_the_file_is_told_and_not_used() {
+    let captures = Captures::new();
+    let file = captures.file("a.csv", None, &drawn(&fields(24), 25, 500, 0));
+    let plain = decode(&file, &["--format", "json"]);
+    let run = decode(&file, &["--format", "json", "--samplerate", "1MHz"]);
+    assert_eq!((run.code, &run.out), (plain.code, &plain.out));
+    assert!(run.err.contains("a.csv has a time for each change; --samplerate is not used"), "{}", run.err);
+    let session = captures.file("a.sr", Some(10_000_000), &drawn(&fields(24), 25, 500, 0));
+    let run = decode(&session, &["--samplerate", "1MHz"]);
+    assert!(
+        run.err.contains("was sampled at 10000000 Hz; --samplerate with 1000000 Hz is not used"),
+        "{}",
+        run.err
+    );
+    assert!(!decode(&session, &["--samplerate", "10MHz"]).err.contains("--samplerate"));
+}
+
+#[test]
 fn clock_and_data_are_found_whatever_they_are_called_and_asked_for_where_more_fit() {
     let captures = Captures::new();
     let drawn = drawn(&fields(24), 25, 500, 0);
