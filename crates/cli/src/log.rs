@@ -268,7 +268,7 @@ impl<'a> Logging<'a> {
     fn begin(&mut self, untold: Option<&str>) {
         let oldest = self.log.doomed().map(|oldest| {
             let (keep, oldest) = (self.arguments.keep, oldest.display());
-            format!("--keep {keep}: {oldest} is deleted when the next file takes its turn")
+            format!("--keep {keep}: what {oldest} holds now is deleted when the next file takes its turn")
         });
         for text in oldest.as_deref().into_iter().chain(untold) {
             // Whoever closed standard error does not want to know.

@@ -181,7 +181,7 @@ impl Arguments {
         let mut how = self.how.clone();
         let position = how.encoder.at.or(kept.position());
         how.encoder.at = position;
-        if let Some(model) = how.encoder.label.model {
+        if let Some(model) = how.encoder.label.model.filter(|model| *model != kept.model) {
             return Err(bad_input(format!(
                 "--model {model}: the model is that of the file, {}; --as {model} carries its values over",
                 kept.model

@@ -178,13 +178,16 @@ impl Log {
         self.special
     }
 
-    /// The finished file that is deleted when the next one takes its turn, if it is there already.
+    /// The file that is deleted when the next one takes its turn, if it is there already; by the name that it has now.
     #[must_use]
     pub fn doomed(&self) -> Option<PathBuf> {
-        let finished = (1..=self.rotation.keep.max(1)).map(|number| numbered(&self.path, number));
-        let finished: Vec<_> = finished.take_while(|file| file.exists()).collect();
-        let all = finished.len() == self.rotation.keep.max(1) as usize;
-        finished.into_iter().last().filter(|_| all && !self.special)
+        let keep = self.rotation.keep.max(1);
+        let retires = matches!(self.state, State::Before { retires: true, .. });
+        let own = retires.then(|| self.path.clone());
+        let places = own.into_iter().chain((1..=keep).map(|number| numbered(&self.path, number)));
+        let there: Vec<_> = places.take_while(|file| file.exists()).collect();
+        let all = there.len() >= keep as usize;
+        there.into_iter().last().filter(|_| all && !self.special)
     }
 
     /// Rows written so far.

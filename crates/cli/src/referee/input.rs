@@ -110,8 +110,8 @@ fn table(
     };
     let devices = reader.recording().map_or(&[][..], |recording| recording.devices.as_slice());
     let mut referees = referees(arguments, vantage, devices)?;
-    // What a row does not say stands as it did, by ring position.
-    let mut standing = [(0, None); 256];
+    // What a row does not say stands as it did, by ring position. Nothing is known of OUT before the first word.
+    let mut standing = [(None, None); 256];
     let mut line = 0;
     for (rows, row) in (0..).zip(&mut reader) {
         if ends(interrupt, rows) {
@@ -127,9 +127,11 @@ fn table(
         }
         let position = row.position.unwrap_or_default();
         let Some((out, input)) = standing.get_mut(usize::from(position)) else { continue };
-        *out = row.out.unwrap_or(*out);
+        *out = row.out.or(*out);
         *input = row.input.or(*input);
-        referees.observe(position, seen_in_row(&row, *out, *input));
+        if let Some(out) = *out {
+            referees.observe(position, seen_in_row(&row, out, *input));
+        }
     }
     tell_doubts(&reader, name);
     Ok((referees, line))

@@ -1,6 +1,7 @@
 //! `encoring referee`: every kind of input, both outputs, and what is refused.
 
 use super::{Run, encoring, refused};
+use encoring_host::referee::RULES;
 use serde_json::Value;
 
 /// A log of a write of 9999 to the measuring length. Between its rows lie 10 ms.
@@ -117,6 +118,14 @@ fn single_writes_show_a_torn_word_and_cycles_alone_do_not() {
     let (_, lines) = judged(&["--model", "ce-65-m"], &cycles);
     assert!(lines.iter().all(|line| line["rule"] != "torn_words"), "{lines:?}");
     assert_eq!(lines.last().unwrap(), &serde_json::json!({"not_judged": ["torn_words"], "seen_from": "c"}));
+}
+
+#[test]
+fn of_a_table_without_out_nothing_is_judged() {
+    let (code, lines) = judged(&[], "time_ms,in\n0,00000064\n10,C200270F\n20,00000064\n");
+    assert_eq!((code, lines.len()), (Some(3), 1), "{lines:?}");
+    let names: std::collections::BTreeSet<_> = RULES.iter().map(|rule| rule.name()).collect();
+    assert_eq!(lines[0]["not_judged"].as_array().unwrap().len(), names.len());
 }
 
 #[test]

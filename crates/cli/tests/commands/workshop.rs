@@ -189,8 +189,9 @@ fn another_model_is_refused_unless_it_is_named_and_what_it_lacks_is_listed() {
     assert!(rod.contains("its values make no sense there; nothing was written"), "{rod}");
     let not_it = bench.out("restore axis.toml --at 2 --as ce-100-m --yes", 1);
     assert!(not_it.contains("--as ce-100-m: the encoder at position 2 is a ce-65-m"), "{not_it}");
-    let typed = bench.out("restore axis.toml --at 2 --model ce-65-m --yes", 2);
+    let typed = bench.out("restore axis.toml --at 2 --model ce-100-m --yes", 2);
     assert!(typed.contains("the model is that of the file, ce-65-m"), "{typed}");
+    bench.out("restore axis.toml --at 2 --model ce-65-m --yes --no-backup", 0);
 }
 
 #[test]

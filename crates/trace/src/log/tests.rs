@@ -278,13 +278,26 @@ fn files_take_turns_after_a_time_too() {
 #[test]
 fn what_is_deleted_next_is_known_from_the_start() {
     let (folder, path) = folder();
-    for time in 1..=3 {
-        filled(&path, ROTATION, [time]);
-    }
-    assert_eq!(Log::create(&path, &[], PLAIN, ROTATION).unwrap().doomed(), None);
+    let doomed = |rotation| Log::create(&path, &[], PLAIN, rotation).unwrap().doomed();
+    let named = |name| Some(folder.path().canonicalize().unwrap().join(name));
+    filled(&path, ROTATION, [1]);
+    filled(&path, ROTATION, [2]);
+    assert_eq!(doomed(ROTATION), None);
+    assert_eq!(doomed(Rotation { keep: 1, ..ROTATION }), named("axis.1.csv"));
+    filled(&path, ROTATION, [3]);
+    assert_eq!(doomed(ROTATION), named("axis.2.csv"), "it is the third once the new log has a row");
     filled(&path, ROTATION, [4]);
-    let oldest = folder.path().canonicalize().unwrap().join("axis.3.csv");
-    assert_eq!(Log::create(&path, &[], PLAIN, ROTATION).unwrap().doomed(), Some(oldest));
+    assert_eq!(doomed(ROTATION), named("axis.3.csv"));
+}
+
+#[test]
+fn an_only_log_that_is_kept_is_known_to_be_deleted_next() {
+    let (folder, path) = folder();
+    let rotation = Rotation { keep: 1, ..ROTATION };
+    assert_eq!(Log::create(&path, &[], PLAIN, rotation).unwrap().doomed(), None);
+    filled(&path, rotation, [1]);
+    let own = folder.path().canonicalize().unwrap().join("axis.csv");
+    assert_eq!(Log::create(&path, &[], PLAIN, rotation).unwrap().doomed(), Some(own));
 }
 
 #[test]
