@@ -328,6 +328,14 @@ async function dropped(browser, base) {
   });
   await page.dispatchEvent("#drop", "drop", { dataTransfer: wrong });
   await until(page, "#diagnosis-said", "wrong.csv line 2");
+  // A table whose header does not say which column is which.
+  await page.click("main details summary");
+  await page.fill("#diagnosis-columns", "time_ms=Zeit,in=Istwert");
+  await page.check("#diagnosis-decimal");
+  await page.setInputFiles("#recording", { name: "plc.csv", mimeType: "text/csv", buffer: Buffer.from("Zeit;Istwert\n0;1000\n1;1010\n2;1020\n3;1030\n") });
+  await until(page, ".report h3", "plc.csv");
+  await page.fill("#diagnosis-columns", "");
+  await page.uncheck("#diagnosis-decimal");
   // What is being read goes on while another view is looked at, in another language too.
   let go_on;
   const held = new Promise((done) => { go_on = done; });
@@ -343,7 +351,7 @@ async function dropped(browser, base) {
   go_on();
   await page.waitForResponse("**/api/diagnose**");
   await page.click('nav a[href="#diagnosis"]');
-  await until(page, "h3", "later.csv");
+  await until(page, ".report h3", "later.csv");
   await page.waitForSelector("#diagnosis-cancel", { state: "hidden" });
   // The picture speaks the language of the page too.
   const [saved] = await Promise.all([page.waitForEvent("download"), page.locator("button", { hasText: "SVG" }).click()]);

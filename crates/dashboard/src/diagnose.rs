@@ -12,11 +12,14 @@ use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use axum::response::Response;
 use encoring_diagnosis::{
-    Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, SaidReport, Unreadable,
+    Detector, Diagnosed, DiagnosisReport, Options, Picture, RecordedSamples, SaidReport,
 };
 use encoring_figure::Chart;
-use encoring_texts::Said;
+use encoring_station::NamedEncoder;
+use encoring_texts::{Said, own};
+use encoring_trace::{Reader, TableLayout};
 use encoring_words::Model;
+use encoring_words::number::Bare;
 use futures_util::StreamExt;
 use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
@@ -46,6 +49,12 @@ pub(crate) struct DiagnoseQuery {
     /// The model on the type label; empty: the recording names it, or nobody knows it.
     #[serde(default)]
     model: String,
+    /// Which column of a table is which, as `--columns` of `encoring diagnose` takes it; empty: its header says it.
+    #[serde(default)]
+    columns: String,
+    /// Words without sign and base mark are decimal.
+    #[serde(default)]
+    decimal: bool,
 }
 
 /// What is found.
@@ -56,6 +65,8 @@ struct Found {
     judged: bool,
     /// What was assumed of a table.
     assumed: Option<String>,
+    /// No word has a letter, and all were read as hexadecimal.
+    may_be_decimal: bool,
     report: DiagnosisReport,
     /// Its sentences as codes and values.
     said: SaidReport,
@@ -154,12 +165,53 @@ async fn fed(body: Body, pieces: Sender<Result<Bytes, NotTaken>>, slow: Duration
     fed
 }
 
-fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unreadable> {
-    let mut recorded = RecordedSamples::open(name, BufReader::new(coming), None)?;
+/// What somebody says of a recording.
+struct About {
+    name: String,
+    /// On the type label.
+    model: Option<Model>,
+    /// `None`: the header of a table says it.
+    layout: Option<TableLayout>,
+}
+
+impl About {
+    fn of(query: DiagnoseQuery) -> Result<Self, Said> {
+        let DiagnoseQuery { name, model, columns, decimal } = query;
+        let model = match (model.is_empty(), Model::from_str(&model)) {
+            (true, _) => None,
+            (false, Ok(model)) => Some(model),
+            (false, Err(_)) => return Err(refusals::unknown_model(&model)),
+        };
+        let columns = match columns.trim() {
+            "" => None,
+            said => Some(said.parse().map_err(|wrong: String| own(&wrong))?),
+        };
+        let bare = if decimal { Bare::Decimal } else { Bare::Hexadecimal };
+        let layout =
+            (columns.is_some() || decimal).then(|| TableLayout { columns, bare, ..TableLayout::default() });
+        Ok(Self { name, model, layout })
+    }
+
+    /// Who looks at a recording that names these encoders.
+    fn detector(&self, named: &[NamedEncoder]) -> Result<Detector, Said> {
+        if let Some(said) = self.model
+            && let Some(other) = named.iter().find(|one| one.model != said)
+        {
+            return Err(refusals::other_model(other.position, other.model.name(), said.name()));
+        }
+        let model = self.model.or(NamedEncoder::only_model(named));
+        let all = Options { model, ..Options::default() };
+        let about = |detector: Detector, one: &NamedEncoder| detector.about(one.position, one.options(&all));
+        Ok(named.iter().fold(Detector::new(all.clone()), about))
+    }
+}
+
+fn found(about: &About, coming: Coming) -> Result<Found, Said> {
+    let name = &about.name;
+    let mut recorded = RecordedSamples::open(name, BufReader::new(coming), about.layout.as_ref())?;
     let assumed = recorded.table().and_then(|table| table.assumed()).map(ToString::to_string);
-    let model = model.or(recorded.model()?);
-    let detector =
-        |_: &RecordedSamples<_>| Ok::<_, Unreadable>(Detector::new(Options { model, ..Options::default() }));
+    let named = NamedEncoder::all(name, &recorded)?;
+    let detector = |_: &RecordedSamples<_>| about.detector(&named);
     let mut diagnosed = Diagnosed::read(&mut recorded, Some(Picture::default()), detector, || true)?;
     let picture = diagnosed.picture.take().unwrap_or_default();
     let episodes = &diagnosed.conclusion.episodes;
@@ -169,6 +221,7 @@ fn found(name: &str, model: Option<Model>, coming: Coming) -> Result<Found, Unre
         rows: diagnosed.rows,
         judged: diagnosed.is_judged(),
         assumed,
+        may_be_decimal: recorded.table().is_some_and(Reader::may_be_decimal),
         picture: Chart::sheet(name, &charts),
         labels: labels.into_iter().map(Label::from).collect(),
         said: SaidReport::new(&diagnosed.conclusion),
@@ -182,14 +235,10 @@ pub(crate) async fn diagnose(
     query: Result<Query<DiagnoseQuery>, QueryRejection>,
     body: Body,
 ) -> Response {
-    let Query(DiagnoseQuery { name, model }) = match query {
-        Ok(query) => query,
+    let about = match query.map(|Query(query)| About::of(query)) {
+        Ok(Ok(about)) => about,
+        Ok(Err(wrong)) => return refused(StatusCode::BAD_REQUEST, &wrong),
         Err(wrong) => return wrong_query(&wrong),
-    };
-    let model = match (model.is_empty(), Model::from_str(&model)) {
-        (true, _) => None,
-        (false, Ok(model)) => Some(model),
-        (false, Err(_)) => return refused(StatusCode::BAD_REQUEST, &refusals::unknown_model(&model)),
     };
     let Ok(alone) = shared.diagnosing.clone().try_acquire_owned() else {
         return refused(StatusCode::SERVICE_UNAVAILABLE, &refusals::busy());
@@ -198,14 +247,14 @@ pub(crate) async fn diagnose(
     let coming = Coming { pieces: coming, piece: Bytes::new() };
     let reading = spawn_blocking(move || {
         let _alone = alone;
-        found(&name, model, coming)
+        found(&about, coming)
     });
     if let Err(why) = fed(body, pieces, shared.slow).await {
         return refused(why.status(), &why.said());
     }
     match reading.await {
         Ok(Ok(found)) => given(&found),
-        Ok(Err(unreadable)) => refused(StatusCode::BAD_REQUEST, unreadable.said()),
+        Ok(Err(why)) => refused(StatusCode::BAD_REQUEST, &why),
         Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, &refusals::not_read()),
     }
 }

@@ -18,6 +18,8 @@ texts! {
     fn busy() = "another recording is being read; try again later";
     fn not_read() = "the recording could not be read";
     fn no_model(model: &str, models: String) = "model {model}: no such model; the models are {models}";
+    fn other_model(position: u8, named: &str, said: &str) =
+        "the recording says that encoder {position} is a {named}, not a {said}";
     fn no_position(position: usize, last: usize) = "position {position}; the last encoder is at {last}";
     fn body_too_long(bytes: usize) = "the body is broken off, or longer than {bytes} bytes";
     fn body_too_slow() = "the body did not come in time";

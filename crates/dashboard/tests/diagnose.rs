@@ -50,6 +50,30 @@ fn the_report_is_that_of_the_library_which_the_command_prints() {
 }
 
 #[test]
+fn a_log_says_itself_which_encoder_it_is_of_and_a_table_what_its_columns_are() {
+    let page = Page::start();
+    let send =
+        |query: &str, body: &str| page.send(&format!("POST /api/diagnose?{query}"), &headers(&page), body);
+    let head = "# encoring-log 2 started 2026-11-28T01:22:00Z\n# encoder 2 ce-65-m measuring_length=9999\n";
+    let rows = (0..300_u32).map(|k| format!("{},2,00000000,{:08X},valid,\n", k * 1_000, k * 40 % 10_000));
+    let log = format!("{head}time_us,position,out,in,verdict,value\n{}", rows.collect::<String>());
+    let found = send("name=axis.csv", &log);
+    assert_eq!(found.status, 200, "{}", found.body);
+    assert!(found.body.contains("position 2: 10000 positions, as given"), "{}", found.body);
+    let other = send("name=axis.csv&model=la-66", &log);
+    assert_eq!(other.status, 400);
+    assert!(other.body.contains("encoder 2 is a ce-65-m, not a la-66"), "{}", other.body);
+    let table = "Zeit;Istwert\n0;20001000\n1;20001018\n2;20001029\n3;20001037\n";
+    assert_eq!(send("name=plc.csv", table).status, 400);
+    let found = send("name=plc.csv&columns=time_ms%3DZeit,in%3DIstwert", table).json();
+    assert_eq!((&found["rows"], &found["may_be_decimal"]), (&4.into(), &true.into()));
+    let found = send("name=plc.csv&columns=time_ms%3DZeit,in%3DIstwert&decimal=true", table).json();
+    assert_eq!(found["may_be_decimal"], false);
+    let wrong = send("columns=Zeit", table);
+    assert_eq!(wrong.status, 400, "{}", wrong.body);
+}
+
+#[test]
 fn what_is_no_recording_is_refused_with_its_place() {
     let page = Page::start();
     let send = |path: &str, body: &str| page.send(&format!("POST {path}"), &headers(&page), body);

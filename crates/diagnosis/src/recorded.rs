@@ -5,7 +5,6 @@ use std::str::FromStr;
 
 use encoring_trace::bus::{BusReader, MARK};
 use encoring_trace::{Columns, DeviceLine, LoggedEncoder, Reader, RowKind, TableLayout};
-use encoring_words::Model;
 
 use crate::detector::Detector;
 use crate::episode::Conclusion;
@@ -89,22 +88,6 @@ impl<R: BufRead> RecordedSamples<R> {
     #[must_use]
     pub fn logged(&self) -> &[LoggedEncoder] {
         self.table().map_or(&[], Reader::logged)
-    }
-
-    /// The model that it names, if all its encoders are of one.
-    ///
-    /// # Errors
-    /// [`Unreadable`] if it names one that does not exist.
-    pub fn model(&self) -> Result<Option<Model>, Unreadable> {
-        let mut models = Vec::new();
-        for DeviceLine { line, model, .. } in self.devices() {
-            let wrong = |error| Unreadable::at_line(&self.name, *line, &format!("{model}: {error}"));
-            let model = Model::from_str(model).map_err(wrong)?;
-            if !models.contains(&model) {
-                models.push(model);
-            }
-        }
-        Ok(models.pop().filter(|_| models.is_empty()))
     }
 }
 

@@ -12,6 +12,7 @@ mod sentences {
         fn at_line(file: &str, line: u64, problem: Said) = "{file} line {line}: {problem}";
         fn in_column(file: &str, line: u64, column: &str, problem: Said) =
             "{file} line {line}, column {column}: {problem}";
+        fn in_head(file: &str, problem: Said) = "{file}: {problem}";
         fn not_read(file: &str, problem: Said) = "cannot read {file}: {problem}";
     }
 }
@@ -54,12 +55,26 @@ impl Unreadable {
         Self(own(problem))
     }
 
+    /// In the words of whoever refused what stands before the rows.
+    #[must_use]
+    pub fn of_head(file: &str, problem: &impl ToString) -> Self {
+        Self(sentences::in_head(file, own(problem)))
+    }
+
     pub(crate) fn not_read(file: &str, problem: &impl ToString) -> Self {
         Self(sentences::not_read(file, own(problem)))
     }
 
-    pub(crate) fn at_line(file: &str, line: u64, problem: &impl ToString) -> Self {
+    /// In the words of whoever refused what stands at a line.
+    #[must_use]
+    pub fn at_line(file: &str, line: u64, problem: &impl ToString) -> Self {
         Self(sentences::at_line(file, line, own(problem)))
+    }
+}
+
+impl From<Unreadable> for Said {
+    fn from(unreadable: Unreadable) -> Self {
+        unreadable.0
     }
 }
 

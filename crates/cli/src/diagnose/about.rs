@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::Args;
 use encoring_diagnosis::{ActiveValues, Detector, KnownPlace, Options};
+use encoring_station::NamedEncoder;
 use encoring_words::model::SensorKind;
 use encoring_words::{Duration, Model, Parameter, ParameterSet};
 use encoring_workshop::ParameterFile;
@@ -40,16 +41,6 @@ pub(super) struct AboutArguments {
 
 /// What a scaling needs.
 const SCALING: [Parameter; 3] = [Parameter::MeasuringLength, Parameter::Numerator, Parameter::Denominator];
-
-/// What a recording itself says of an encoder.
-#[derive(Clone, Debug)]
-pub(super) struct NamedEncoder {
-    pub(super) position: u8,
-    pub(super) model: Model,
-    /// From its memory.
-    pub(super) active: Option<ActiveValues>,
-    pub(super) measuring_length: Option<u32>,
-}
 
 /// A file of `--parameters`.
 struct GivenFile {
@@ -103,9 +94,7 @@ impl AboutArguments {
     /// Who looks at a recording whose times begin at `origin_ns`, of encoders that it names.
     pub(super) fn detector(&self, origin_ns: i128, named: &[NamedEncoder]) -> Result<Detector, Failure> {
         let files = self.files()?;
-        let mut models: Vec<Model> = named.iter().map(|named| named.model).collect();
-        models.dedup();
-        let all = Options { model: models.pop().filter(|_| models.is_empty()), ..self.options(origin_ns) };
+        let all = Options { model: NamedEncoder::only_model(named), ..self.options(origin_ns) };
         let of = |position| files.iter().find(|file| file.position == position).map(|file| file.active);
         let mut detector = Detector::new(with(all.clone(), of(None), self.label.model)?);
         for position in files.iter().filter_map(|file| file.position) {
@@ -122,9 +111,7 @@ impl AboutArguments {
         }
         for one in named {
             let file = of(Some(one.position)).or_else(|| of(None));
-            let said =
-                Options { model: Some(one.model), measuring_length: one.measuring_length, ..all.clone() };
-            let options = with(said, file.or(one.active), self.label.model)?;
+            let options = with(one.options(&all), file.or(one.active), self.label.model)?;
             tell_other(one, file.as_ref());
             detector = detector.about(one.position, options);
         }

@@ -1,15 +1,9 @@
 //! Where a recording comes from, and what is said of it.
 
-use std::str::FromStr;
-
-use encoring_diagnosis::{ActiveValues, Diagnosed, RecordedSamples, Unreadable};
-use encoring_encoder::{Encoder, Terminals};
-use encoring_sim::device_line;
-use encoring_trace::{DeviceLine, LoggedEncoder};
-use encoring_words::{Instant, Model};
+use encoring_diagnosis::{Diagnosed, RecordedSamples, Unreadable};
+use encoring_station::NamedEncoder;
 
 use super::Arguments;
-use super::about::NamedEncoder;
 use crate::arguments::{tell_assumed, tell_doubts};
 use crate::interrupt::Interrupt;
 use crate::output::reading;
@@ -37,10 +31,7 @@ pub(super) fn read(file: &str, arguments: &Arguments, interrupt: &Interrupt) -> 
         None => {}
         Some(reader) => tell_assumed(reader, name),
     }
-    let named = match recorded.devices() {
-        [] => logged(name, recorded.logged())?,
-        recording => devices(name, recording)?,
-    };
+    let named = NamedEncoder::all(name, &recorded)?;
     let diagnosed = Diagnosed::read(
         &mut recorded,
         arguments.drawn.picture(),
@@ -51,32 +42,4 @@ pub(super) fn read(file: &str, arguments: &Arguments, interrupt: &Interrupt) -> 
         tell_doubts(reader, name);
     }
     Ok(diagnosed)
-}
-
-/// The encoders of a recording, with what is active by their memories.
-fn devices(name: &str, devices: &[DeviceLine]) -> Result<Vec<NamedEncoder>, Failure> {
-    let named = |device: &DeviceLine| {
-        let wrong = |error: device_line::Error| {
-            bad_input(format!("{name} line {}: device {}: {error}", device.line, device.position))
-        };
-        let (unit, mut memory) = device_line::from_device(device).map_err(wrong)?;
-        let encoder = Encoder::power_up(&unit, Instant::ZERO, &Terminals::default(), &mut memory);
-        let (model, sensor) = (unit.model(), unit.sensor());
-        let active = ActiveValues { model, sensor, parameters: *encoder.parameters().active() };
-        Ok(NamedEncoder { position: device.position, model, active: Some(active), measuring_length: None })
-    };
-    devices.iter().map(named).collect()
-}
-
-/// The encoders that the head of a log names.
-fn logged(name: &str, encoders: &[LoggedEncoder]) -> Result<Vec<NamedEncoder>, Failure> {
-    let named = |encoder: &LoggedEncoder| {
-        let LoggedEncoder { position, ref model, measuring_length } = *encoder;
-        let wrong = |error| {
-            bad_input(format!("{name}: the head of the log names encoder {position} {model}: {error}"))
-        };
-        let model = Model::from_str(model).map_err(wrong)?;
-        Ok(NamedEncoder { position, model, active: None, measuring_length })
-    };
-    encoders.iter().map(named).collect()
 }

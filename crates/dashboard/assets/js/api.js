@@ -27,8 +27,8 @@ async function post(path, body) {
   return told(await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }));
 }
 
-/** Has a recording read; its file is sent as it is. `sent` is told which part of it has gone, which is about what was read. */
-export function diagnose(file, model, sent) {
+/** Has a recording read; its file is sent as it is, and `about` says what is known of it. `sent` is told which part of it has gone, which is about what was read. */
+export function diagnose(file, about, sent) {
   const request = new XMLHttpRequest();
   const done = new Promise((found, failed) => {
     request.addEventListener("load", () => {
@@ -39,7 +39,7 @@ export function diagnose(file, model, sent) {
     for (const [event, status] of [["error", 0], ["abort", null]]) request.addEventListener(event, () => failed(Object.assign(new Error(event), { status })));
   });
   request.upload.addEventListener("progress", ({ loaded, total }) => sent(loaded / total));
-  request.open("POST", `/api/diagnose?name=${encodeURIComponent(file.name)}&model=${encodeURIComponent(model)}`);
+  request.open("POST", `/api/diagnose?${new URLSearchParams({ name: file.name, ...about })}`);
   request.setRequestHeader("Content-Type", "application/octet-stream");
   request.responseType = "json";
   request.send(file);

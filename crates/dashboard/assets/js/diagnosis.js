@@ -8,6 +8,8 @@ const BYTES_MAX = 100_000_000;
 
 /** What is being read, what was found last, and why the last one was not read: they stay while other views are looked at. */
 let [running, last, failed] = [null, null, null];
+/** What was said of tables of other programs. */
+const said_of_table = { columns: "", decimal: false };
 /** Draws what has changed, where the view is shown. */
 let changed = () => {};
 
@@ -19,10 +21,10 @@ async function why_not(error) {
 }
 
 /** Has a recording read. */
-async function read(recording, model) {
+async function read(recording, about) {
   if (recording.size > BYTES_MAX) failed = { long: true };
   else {
-    running = { ...diagnose(recording, model, (part) => { running.part = part; changed(); }), name: recording.name, part: 0 };
+    running = { ...diagnose(recording, about, (part) => { running.part = part; changed(); }), name: recording.name, part: 0 };
     failed = null;
     changed();
     try {
@@ -78,7 +80,8 @@ function report({ name, answer }) {
   const [head, mood] = events.length > 0 ? [t("diagnosis.found", { count: number(events.length) }), "warn"] : answer.judged && judged.length > 0 ? [t("diagnosis.none"), "good"] : [t("diagnosis.unjudged"), "warn"];
   return [
     h("section", { class: "card" }, h("h3", {}, name), h("p", { id: "found-what", class: mood }, head),
-      h("p", { class: "small soft" }, t("diagnosis.rows", { rows: number(rows) }), assumed ? ` ${assumed}` : ""),
+      h("p", { class: "small soft" }, t("diagnosis.rows", { rows: number(rows) }), assumed ? h("span", { lang: "en" }, ` ${assumed}`) : null),
+      answer.may_be_decimal ? h("p", { class: "small warn" }, t("diagnosis.may_be_decimal")) : null,
       h("div", { class: "row" }, h("button", { onclick: () => save("diagnosis.svg", image) }, t("save.svg")),
         h("button", { onclick: () => save("diagnosis.json", new Blob([JSON.stringify(answer.report)], { type: "application/json" })) }, t("save.json")))),
     h("div", { class: "scroll card", tabindex: 0, "aria-label": t("diagnosis.picture") }, h("img", { class: "picture", src: URL.createObjectURL(image), alt: t("diagnosis.picture") })),
@@ -93,6 +96,10 @@ export function create(context) {
   const shown = h("div", { class: "report" });
   const model = h("select", { id: "diagnosis-model" }, h("option", { value: "" }, t("diagnosis.model.named")),
     context.about.models.map((name) => h("option", { value: name }, name.toUpperCase())));
+  const columns = h("input", { id: "diagnosis-columns", spellcheck: "false", size: 34, value: said_of_table.columns, oninput: () => { said_of_table.columns = columns.value; } });
+  const decimal = h("input", { type: "checkbox", id: "diagnosis-decimal", checked: said_of_table.decimal, onchange: () => { said_of_table.decimal = decimal.checked; } });
+  const table = h("details", { open: said_of_table.columns !== "" || said_of_table.decimal }, h("summary", {}, t("diagnosis.table")),
+    h("div", { class: "row" }, h("label", {}, t("diagnosis.columns"), columns), h("label", {}, decimal, t("diagnosis.decimal"))), h("p", { class: "small soft" }, t("diagnosis.columns.how")));
   const file = h("input", { type: "file", id: "recording", accept: ".csv,.txt,text/csv", onchange: () => take(file.files[0]) });
   const zone = h("label", { class: "drop card", id: "drop" }, h("span", {}, t("diagnosis.drop")), file);
   const bar = h("progress", { max: 1, id: "diagnosis-progress", "aria-label": t("diagnosis.progress") });
@@ -100,7 +107,7 @@ export function create(context) {
   const take = async (recording) => {
     if (!recording) return;
     if (running) context.say(t("diagnosis.busy"));
-    else await read(recording, model.value);
+    else await read(recording, { model: model.value, columns: columns.value, decimal: decimal.checked });
     file.value = "";
   };
   let drawn = null;
@@ -128,6 +135,6 @@ export function create(context) {
   changed = draw;
   draw();
   const element = h("div", {}, h("h2", {}, t("view.diagnosis")), h("p", { class: "soft" }, t("diagnosis.intro")),
-    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), zone, status, going, shown);
+    h("div", { class: "row" }, h("label", {}, t("diagnosis.model"), model)), table, zone, status, going, shown);
   return { element, update() {}, leave: () => { changed = () => {}; } };
 }
