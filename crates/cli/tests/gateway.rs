@@ -8,6 +8,8 @@
     reason = "a test may panic"
 )]
 
+mod common;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Write};
 use std::net::TcpStream;
@@ -54,11 +56,7 @@ impl Gateway {
         command
             .args(["sim", "--format", "json", "--web", "off", "--modbus", "0", "--control", "0"])
             .arg(file);
-        let mut program = command.args(options).stdout(Stdio::piped()).spawn().unwrap();
-        let mut lines = BufReader::new(program.stdout.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let (program, lines, listening) = common::listening(command.args(options));
         let [address, control] =
             ["modbus", "control"].map(|name| listening[name].as_str().unwrap().to_owned());
         Self { program, _lines: lines, address, control }

@@ -7,11 +7,13 @@
     reason = "a test may panic"
 )]
 
+mod common;
+
 use std::fs;
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Duration;
@@ -23,23 +25,25 @@ const PRESSED_MAX: u32 = 50;
 const BETWEEN: Duration = Duration::from_millis(200);
 
 /// A simulated ring behind a gateway with a fault; it ends with the test.
-struct Gateway(Child, String);
+struct Gateway {
+    program: Child,
+    /// Nobody reads on, but a pipe that is closed would end it.
+    _lines: BufReader<ChildStdout>,
+    address: String,
+}
 
 impl Gateway {
     fn start(fault: &str) -> Self {
         let options = ["sim", "--web", "off", "--modbus", "0", "--format", "json", "--gateway-fault", fault];
-        let mut sim = Command::new(PROGRAM).args(options).stdout(Stdio::piped()).spawn().unwrap();
-        let mut first = String::new();
-        BufReader::new(sim.stdout.as_mut().unwrap()).read_line(&mut first).unwrap();
-        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
-        Self(sim, listening["modbus"].as_str().unwrap().to_owned())
+        let (program, lines, listening) = common::listening(Command::new(PROGRAM).args(options));
+        Self { program, _lines: lines, address: listening["modbus"].as_str().unwrap().to_owned() }
     }
 }
 
 impl Drop for Gateway {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.program.kill();
+        let _ = self.program.wait();
     }
 }
 
@@ -114,7 +118,7 @@ fn pressed_until_it_ends(mut command: Child) -> Option<ExitStatus> {
 fn interrupt(fault: &str, command: &str, folder: &Path) {
     let gateway = (fault != HANGS_UP).then(|| Gateway::start(fault));
     let (address, passed) = match &gateway {
-        Some(gateway) => between(gateway.1.clone()),
+        Some(gateway) => between(gateway.address.clone()),
         None => hangs_up(),
     };
     // Without Ctrl-C it would wait for minutes.

@@ -8,6 +8,8 @@
     reason = "a test may panic"
 )]
 
+mod common;
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
@@ -53,11 +55,7 @@ impl Sim {
                 "0",
             ])
             .arg(file);
-        let mut program = command.stdout(Stdio::piped()).spawn().unwrap();
-        let mut lines = BufReader::new(program.stdout.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let (program, lines, listening) = common::listening(&mut command);
         let [address, control] =
             ["modbus", "control"].map(|name| listening[name].as_str().unwrap().to_owned());
         Self { program, _lines: lines, address, control }

@@ -8,6 +8,8 @@
     reason = "a test may panic"
 )]
 
+mod common;
+
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -30,17 +32,10 @@ struct Running {
 
 impl Running {
     fn start(arguments: &[&str]) -> Self {
-        let mut program = Command::new(PROGRAM)
-            .args(arguments)
-            .args(["--format", "json"])
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(program.stdout.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        Self { program, lines, listening: serde_json::from_str(&first).unwrap() }
+        let mut command = Command::new(PROGRAM);
+        command.args(arguments).args(["--format", "json"]).stderr(Stdio::null());
+        let (program, lines, listening) = common::listening(&mut command);
+        Self { program, lines, listening }
     }
 
     /// A simulated ring behind a gateway.

@@ -4,9 +4,11 @@
 //! same server, and the client looks again.
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "a test may panic")]
 
+mod common;
+
 use std::ffi::OsStr;
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::os::unix::ffi::OsStrExt;
 use std::process::{Child, ChildStdout, Command, Stdio};
@@ -103,16 +105,9 @@ impl Ring {
         let folder = tempfile::tempdir().unwrap();
         let scenario = folder.path().join("ring.toml");
         fs::write(&scenario, format!("version = 1\n[[device]]\nposition = 0\n{device}{event}")).unwrap();
-        let mut program = program()
-            .args(["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0"])
-            .arg(&scenario)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(program.stdout.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        let listening: serde_json::Value = serde_json::from_str(&first).unwrap();
+        let mut command = program();
+        command.args(["sim", "--format", "json", "--web", "off", "--modbus", "127.0.0.1:0"]).arg(&scenario);
+        let (program, lines, listening) = common::listening(&mut command);
         let address = listening["modbus"].as_str().unwrap().to_owned();
         Self { program, _lines: lines, address, _folder: folder }
     }

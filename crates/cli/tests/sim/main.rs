@@ -9,13 +9,15 @@
 )]
 
 mod bus;
+#[path = "../common/mod.rs"]
+mod common;
 mod kept;
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::process::{Child, ChildStdout, Command, Output};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_encoring");
 
@@ -42,18 +44,14 @@ impl Sim {
     /// Without the page, unless the arguments ask for it: whoever else runs may hold its default port.
     fn start(folder: &Path, arguments: &[&str]) -> Self {
         let no_page: &[&str] = if arguments.contains(&"--web") { &[] } else { &["--web", "off"] };
-        let mut program = Command::new(PROGRAM)
+        let mut command = Command::new(PROGRAM);
+        command
             .current_dir(folder)
             .args(["sim", "--format", "json", "--modbus", "127.0.0.1:0"])
             .args(no_page)
-            .args(arguments)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(program.stdout.take().unwrap());
-        let mut first = String::new();
-        lines.read_line(&mut first).unwrap();
-        Self { program, lines, listening: serde_json::from_str(&first).unwrap() }
+            .args(arguments);
+        let (program, lines, listening) = common::listening(&mut command);
+        Self { program, lines, listening }
     }
 
     fn connect(&self, name: &str) -> TcpStream {
