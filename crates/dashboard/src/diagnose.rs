@@ -67,6 +67,8 @@ struct Found {
     assumed: Option<String>,
     /// No word has a letter, and all were read as hexadecimal.
     may_be_decimal: bool,
+    /// The last line, if it has no line end and is left out.
+    left_out: Option<u64>,
     report: DiagnosisReport,
     /// Its sentences as codes and values.
     said: SaidReport,
@@ -222,6 +224,7 @@ fn found(about: &About, coming: Coming) -> Result<Found, Said> {
         judged: diagnosed.is_judged(),
         assumed,
         may_be_decimal: recorded.table().is_some_and(Reader::may_be_decimal),
+        left_out: recorded.table().and_then(Reader::piece),
         picture: Chart::sheet(name, &charts),
         labels: labels.into_iter().map(Label::from).collect(),
         said: SaidReport::new(&diagnosed.conclusion),

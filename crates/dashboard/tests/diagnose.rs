@@ -60,6 +60,9 @@ fn a_log_says_itself_which_encoder_it_is_of_and_a_table_what_its_columns_are() {
     let found = send("name=axis.csv", &log);
     assert_eq!(found.status, 200, "{}", found.body);
     assert!(found.body.contains("position 2: 10000 positions, as given"), "{}", found.body);
+    assert_eq!(found.json()["left_out"], serde_json::Value::Null);
+    let cut = send("name=axis.csv", &format!("{log}300000,2,00000000,000003E8,valid,100")).json();
+    assert_eq!((&cut["rows"], &cut["left_out"]), (&300.into(), &304.into()));
     let other = send("name=axis.csv&model=la-66", &log);
     assert_eq!(other.status, 400);
     assert!(other.body.contains("encoder 2 is a ce-65-m, not a la-66"), "{}", other.body);

@@ -81,6 +81,7 @@ function report({ name, answer }) {
   return [
     h("section", { class: "card" }, h("h3", {}, name), h("p", { id: "found-what", class: mood }, head),
       h("p", { class: "small soft" }, t("diagnosis.rows", { rows: number(rows) }), assumed ? h("span", { lang: "en" }, ` ${assumed}`) : null),
+      answer.left_out == null ? null : h("p", { class: "small warn" }, t("diagnosis.left_out", { line: answer.left_out })),
       answer.may_be_decimal ? h("p", { class: "small warn" }, t("diagnosis.may_be_decimal")) : null,
       h("div", { class: "row" }, h("button", { onclick: () => save("diagnosis.svg", image) }, t("save.svg")),
         h("button", { onclick: () => save("diagnosis.json", new Blob([JSON.stringify(answer.report)], { type: "application/json" })) }, t("save.json")))),
