@@ -53,6 +53,12 @@ pub trait Bus {
         None
     }
 
+    /// The same for words that are written.
+    fn cure_of_writes(&self, misread: Misread) -> Option<String> {
+        let _ = misread;
+        None
+    }
+
     /// What the ring's master says of it now, as far as this bus shows that. Its status tells of every word that is read
     /// afterwards that it came from a ring that ran.
     ///
@@ -62,8 +68,8 @@ pub trait Bus {
         Ok(Diagnosis::default())
     }
 
-    /// What may be wrong with a peer that was there and has never answered, and what to change; `None` if it has, or if
-    /// nobody was asked.
+    /// What may be wrong with a peer that was there and has never answered, or whose answers come too late for the bus's
+    /// time-out, and what to change; `None` if there is nothing to say.
     fn advice(&self) -> Option<String> {
         None
     }
@@ -102,6 +108,17 @@ pub enum BusError {
         /// The position that was asked for.
         position: usize,
         /// How many there are.
+        encoders: usize,
+    },
+    /// The caller asked for an encoder that the peer does not show; its ring may have it.
+    #[error(
+        "no encoder at position {position}: the gateway shows {encoders}, counted from 0. If the ring has more, they begin \
+         elsewhere: in=input:N (or holding:N) and out=holding:N in the address say where, and `encoring probe` looks for it"
+    )]
+    NotShown {
+        /// The position that was asked for.
+        position: usize,
+        /// How many it shows.
         encoders: usize,
     },
     /// There is no connection.
@@ -145,6 +162,8 @@ pub enum Answered {
     Refused,
     /// The peer has understood, and cannot now. It may be able to later.
     Busy,
+    /// The peer has understood, and confirms another write than it was asked for.
+    Misdirected,
     /// What came is no answer to the request. The next may be.
     Garbled,
 }
@@ -154,6 +173,12 @@ impl BusError {
     #[must_use]
     pub fn is_answered(&self, so: Answered) -> bool {
         matches!(self, Self::Client(client) if client.answered() == so)
+    }
+
+    /// Whether an encoder was asked for that is not there.
+    #[must_use]
+    pub const fn is_no_encoder(&self) -> bool {
+        matches!(self, Self::NoEncoder { .. } | Self::NotShown { .. })
     }
 
     /// What a client of a protocol met, and what it means for whoever asked.

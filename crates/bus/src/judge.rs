@@ -94,9 +94,11 @@ impl Judgement {
             Self::NoAnswer(BusError::NoConnection(_)) => 12,
             Self::NoAnswer(BusError::Client(client)) => match client.answered() {
                 Answered::Refused | Answered::Busy => 13,
-                Answered::Garbled => 14,
+                Answered::Garbled | Answered::Misdirected => 14,
             },
-            Self::NoAnswer(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => 15,
+            Self::NoAnswer(
+                BusError::NoEncoder { .. } | BusError::NotShown { .. } | BusError::NotAnEncoder { .. },
+            ) => 15,
         }
     }
 

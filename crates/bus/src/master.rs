@@ -1,5 +1,6 @@
 //! One encoder on a bus, and the master that carries its services out.
 
+mod failed;
 #[cfg(test)]
 mod tests;
 
@@ -10,130 +11,13 @@ use encoring_host::{LookFor, NextLook, Outcome, Request, Seen, Services, Session
 use encoring_words::word::Out;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Answered, Bus, BusError, Cause, rounded};
-use crate::misread::{Misread, can_be_sent, turned};
+use crate::bus::{Answered, Bus, BusError, Cause};
+use crate::misread::{can_be_sent, turned};
+
+pub use failed::{Behind, Cure, MasterError};
 
 /// So many words in a row that no encoder sends are not torn: the gateway makes them so.
 const STRANGE: u32 = 3;
-
-/// Why a service was not even begun.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum MasterError {
-    /// The bus cannot be read or written.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// Another master's service is under way: its service bit is set [R30].
-    #[error(
-        "OUT holds {out}: another master's service is under way, or was left there; this request was not sent"
-    )]
-    OtherMaster {
-        /// The OUT word that stands on the bus.
-        out: OutWord,
-    },
-    /// Somebody else writes the OUT word.
-    #[error(
-        "OUT holds {out} instead of the {ours} written here: another master writes it; this request was not sent"
-    )]
-    Overwritten {
-        /// The OUT word that stands on the bus.
-        out: OutWord,
-        /// What was written last.
-        ours: OutWord,
-    },
-    /// The encoder shows a reply that nobody here asked for.
-    #[error("IN holds {input}: a service that was not asked for here is not ended; no position can be seen")]
-    InService {
-        /// The IN word.
-        input: InWord,
-    },
-    /// IN shows what no encoder sends.
-    #[error("IN holds {input}, which no encoder sends{}", .cure)]
-    Misread {
-        /// The IN word.
-        input: InWord,
-        /// How it is an encoder's, and what to change, if that can be told.
-        cure: Cure,
-    },
-    /// The IN words do not come from the ring any more.
-    #[error(
-        "the IN word is {} old: the ring has stopped, or the encoder is not on it. Look at the lamps of master and \
-         encoder, and at `encoring scan`", rounded(*.age)
-    )]
-    Stale {
-        /// Its age.
-        age: Duration,
-    },
-    /// The user wants to stop.
-    #[error("interrupted")]
-    Interrupted,
-}
-
-/// What may be behind a time-out.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Behind {
-    /// The last trouble with the bus.
-    #[error(transparent)]
-    Bus(#[from] BusError),
-    /// OUT was looked at when the time was over, and the gateway had not let the word through as it was.
-    #[error(
-        "OUT holds {out} instead of the {ours} written here: the gateway turns written words round, {} \
-         (`order_out` in its address is for halves), and `encoring probe` looks for it", .way.name()
-    )]
-    Turned {
-        /// The OUT word that stands on the bus.
-        out: OutWord,
-        /// What was written last.
-        ours: OutWord,
-        /// How the one is the other.
-        way: Misread,
-    },
-    /// OUT was looked at when the time was over, and nothing stood there.
-    #[error(
-        "OUT holds {out} instead of the {ours} written here: the gateway has let its outputs fall, does not write what \
-         it acknowledges, or shows other registers; `encoring probe` looks for them"
-    )]
-    NotThere {
-        /// The OUT word that stands on the bus.
-        out: OutWord,
-        /// What was written last.
-        ours: OutWord,
-    },
-    /// OUT was looked at when the time was over, and another master had written it.
-    #[error("OUT holds {out} instead of the {ours} written here: another master writes it")]
-    OtherMaster {
-        /// The OUT word that stands on the bus.
-        out: OutWord,
-        /// What was written last.
-        ours: OutWord,
-    },
-}
-
-/// How a word that no encoder sends is one's, and what to change.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Cure(String);
-
-impl Cure {
-    /// For a word on a bus.
-    pub fn of<B: Bus + ?Sized>(bus: &B, input: InWord) -> Self {
-        let Some(misread) = Misread::of(input) else { return Self::default() };
-        Self::by(bus, misread, format_args!("{}, a position", misread.read(input)))
-    }
-
-    /// For a word that is this if it is read so.
-    pub fn by<B: Bus + ?Sized>(bus: &B, misread: Misread, is: impl std::fmt::Display) -> Self {
-        let read = format!("; with {} it is {is}", misread.name());
-        Self(match bus.cure(misread) {
-            Some(cure) => format!("{read}. What cures it: {cure}"),
-            None => read,
-        })
-    }
-}
-
-impl std::fmt::Display for Cure {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
 
 /// What a master tells of its work.
 pub type Observe<'a> = Box<dyn FnMut(&Look) + 'a>;
@@ -167,6 +51,20 @@ impl LeftBit {
     }
 }
 
+/// Whether the word that goes before a request was seen on OUT.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Prepared {
+    Not,
+    /// OUT could not be read.
+    Unread,
+    /// Another word was, in so many looks in a row.
+    Unlike {
+        out: OutWord,
+        looks: u32,
+    },
+    Seen,
+}
+
 /// Carries services out on one encoder of a bus. It reads before it writes, and writes only what it has to.
 pub struct EncoderMaster<'a, B: ?Sized> {
     bus: &'a mut B,
@@ -178,6 +76,14 @@ pub struct EncoderMaster<'a, B: ?Sized> {
     left: LeftBit,
     /// Words whose write got no answer, and since when: a gateway may still carry them out.
     unanswered: Vec<(OutWord, Instant)>,
+    /// What OUT held when the present service began, if it was written here.
+    found: Option<OutWord>,
+    /// Whether the word that goes before the present request was seen on OUT.
+    prepared: Prepared,
+    /// So many writes in a row were confirmed as others.
+    misdirected: u32,
+    /// So many words in a row came that no encoder sends.
+    strange: u32,
     /// The request that was to be written first, if it must not be written twice.
     once: Option<OutWord>,
     stop: Arc<AtomicBool>,
@@ -213,6 +119,10 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             written: None,
             left: LeftBit::default(),
             unanswered: Vec::new(),
+            found: None,
+            prepared: Prepared::Not,
+            misdirected: 0,
+            strange: 0,
             once: None,
             stop,
             stops: 0,
@@ -310,6 +220,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         let left = self.left.word();
         let out = self.patiently(|bus, position, _| Ok(bus.out(position)?))?;
         let ours = self.is_ours(out);
+        self.found = Some(out).filter(|_| self.written == Some(out));
         self.seen(out);
         if left == Some(out) || ours {
             // It came late, or spoilt, or the word that clears it was lost: the next word does.
@@ -353,12 +264,17 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         if out == ours {
             return None;
         }
+        // The gateway may carry a word of ours out late.
+        Some(self.instead(out, ours))
+            .filter(|behind| !matches!(behind, Behind::OtherMaster { .. }) || !self.is_unanswered(out))
+    }
+
+    /// Why OUT holds this instead of what was written here.
+    fn instead(&self, out: OutWord, ours: OutWord) -> Behind {
         match turned(ours, out) {
-            Some(way) => Some(Behind::Turned { out, ours, way }),
-            None if out == OutWord(0) => Some(Behind::NotThere { out, ours }),
-            // The gateway carries a word of ours out late.
-            None if self.is_unanswered(out) => None,
-            None => Some(Behind::OtherMaster { out, ours }),
+            Some(way) => Behind::Turned { out, ours, way, cure: Cure::of_writes(self.bus, way) },
+            None if out == OutWord(0) || Some(out) == self.found => Behind::NotThere { out, ours },
+            None => Behind::OtherMaster { out, ours },
         }
     }
 
@@ -464,7 +380,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
             asked += 1;
             let time = self.bus.now().since(since) < patience;
             let patient = asked < self.timing.patience_polls || time && !is_refused(&problem);
-            if !patient || matches!(problem, MasterError::Bus(BusError::NoEncoder { .. })) {
+            if !patient || matches!(&problem, MasterError::Bus(error) if error.is_no_encoder()) {
                 return Err(problem);
             }
             if self.interrupted() || self.in_a_hurry() {
@@ -514,6 +430,7 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
         match self.bus.cycle(write, self.position, &mut input) {
             Ok(cycle) => {
                 self.written = Some(out);
+                self.misdirected = 0;
                 let [input] = input;
                 Some(Seen { input, age: cycle.age })
             }
@@ -522,13 +439,96 @@ impl<'a, B: Bus + ?Sized> EncoderMaster<'a, B> {
                     self.unanswered.retain(|(word, _)| *word != out);
                     self.unanswered.push((out, self.bus.now()));
                 }
-                self.met(error);
                 if write.is_some() {
                     self.written = None;
+                    self.misdirected += u32::from(error.is_answered(Answered::Misdirected));
                 }
+                self.met(error);
                 None
             }
         }
+    }
+
+    /// What a poll has brought, if OUT holds the word that goes before a request. The service bit follows only then: where
+    /// OUT is not written as it is read nobody knows what the encoder would get.
+    fn prepared(&mut self, word: OutWord, seen: Option<Seen>) -> Option<Seen> {
+        if seen.is_none() || self.prepared == Prepared::Seen {
+            return seen;
+        }
+        match self.bus.out(self.position) {
+            Ok(out) if out == word => {
+                self.prepared = Prepared::Seen;
+                return seen;
+            }
+            Ok(out) => self.look_again(out, word),
+            Err(error) => {
+                self.met(error);
+                if self.prepared == Prepared::Not {
+                    self.prepared = Prepared::Unread;
+                }
+            }
+        }
+        None
+    }
+
+    /// Another word than the one that goes before a request. A gateway may show it late, or have spoilt or lost one write.
+    fn look_again(&mut self, out: OutWord, word: OutWord) {
+        let looks = match self.prepared {
+            Prepared::Unlike { out: before, looks } if before == out => looks.saturating_add(1),
+            _ => 1,
+        };
+        self.prepared = Prepared::Unlike { out, looks };
+        let others = matches!(self.instead(out, word), Behind::OtherMaster { .. });
+        let ours = self.is_unanswered(out) || !others;
+        // Less and less often: a gateway that loses every write need not be written to a hundred times.
+        if ours && looks > 1 && looks.is_power_of_two() {
+            self.stands(out);
+        }
+    }
+
+    /// Why nothing can come of a request that was not sent yet: IN shows what no encoder sends, or the gateway confirms
+    /// other writes than it was asked for.
+    fn hopeless(&mut self, word: OutWord, seen: Option<Seen>) -> Option<MasterError> {
+        let strange = seen.map(|seen| seen.input).filter(|input| !can_be_sent(*input));
+        self.strange = strange.map_or(0, |_| self.strange.saturating_add(1));
+        match (strange, &self.last_error) {
+            (Some(input), _) if self.strange >= STRANGE => {
+                Some(MasterError::Misread { input, cure: Cure::of(self.bus, input) })
+            }
+            (None, Some(error)) if self.misdirected >= STRANGE => {
+                Some(MasterError::NotPrepared { word, behind: Behind::Bus(error.clone()) })
+            }
+            _ => None,
+        }
+    }
+
+    /// Looks what is behind a time-out.
+    fn ended(
+        &mut self,
+        phase: SessionPhase,
+        word: OutWord,
+        outcome: Outcome,
+    ) -> Result<Outcome, MasterError> {
+        if let Outcome::TimedOut(_) = outcome {
+            if let (SessionPhase::Preparing(_), Some(error)) = (phase, self.not_prepared(word)) {
+                return Err(error);
+            }
+            self.not_ours = self.not_ours_now();
+        }
+        Ok(outcome)
+    }
+
+    /// What stood on OUT instead of this word for as long as the patience, or why OUT could not be read.
+    fn not_prepared(&self, word: OutWord) -> Option<MasterError> {
+        let behind = match self.prepared {
+            Prepared::Unlike { out, looks: STRANGE.. } => self.instead(out, word),
+            Prepared::Unread => Behind::Bus(self.last_error.clone()?),
+            Prepared::Unlike { .. } | Prepared::Not | Prepared::Seen => return None,
+        };
+        Some(match behind {
+            Behind::OtherMaster { out, ours } => MasterError::Overwritten { out, ours },
+            behind => MasterError::NotPrepared { word, behind },
+        })
     }
 
     /// Looks whether a request stands on OUT that must not be written a second time: written again to a gateway that has
@@ -568,38 +568,34 @@ impl<B: Bus + ?Sized> Services for EncoderMaster<'_, B> {
             return Err(MasterError::Interrupted);
         }
         (self.last_error, self.once) = (None, None);
+        (self.prepared, self.misdirected, self.strange) = (Prepared::Not, 0, 0);
         self.alone()?;
         if self.written.is_none() {
             self.readable()?;
         }
         // Every service is driven to its end below, so none is under way here.
         let mut out = self.session.start(self.bus.now(), request).unwrap_or(request.rest());
-        let mut strange = 0_u32;
         loop {
             let phase = self.session.phase();
-            let seen = self.poll(out);
+            let mut seen = self.poll(out);
+            let at = self.bus.now();
             if let Some(observe) = &mut self.observe {
-                observe(&Look { at: self.bus.now(), phase, out, input: seen.map(|seen| seen.input) });
+                observe(&Look { at, phase, out, input: seen.map(|seen| seen.input) });
             }
-            if self.interrupted() && !self.session.give_up(self.bus.now()) {
+            if self.interrupted() && !self.session.give_up(at) {
                 self.stop_next = true;
             }
-            strange = match seen {
-                Some(Seen { input, .. }) if !can_be_sent(input) => strange + 1,
-                _ => 0,
-            };
-            if let (SessionPhase::Preparing(_), Some(Seen { input, .. }), STRANGE..) = (phase, seen, strange)
-            {
-                self.session.abandon();
-                return Err(MasterError::Misread { input, cure: Cure::of(self.bus, input) });
+            if let SessionPhase::Preparing(_) = self.session.phase() {
+                if let Some(error) = self.hopeless(out, seen) {
+                    self.session.abandon();
+                    return Err(error);
+                }
+                seen = self.prepared(out, seen);
             }
-            let (next, outcome) = self.session.cycle(self.bus.now(), seen);
+            let (next, outcome) = self.session.cycle(at, seen);
             out = next;
             if let Some(outcome) = outcome {
-                if matches!(outcome, Outcome::TimedOut(_)) {
-                    self.not_ours = self.not_ours_now();
-                }
-                return Ok(outcome);
+                return self.ended(phase, request.rest(), outcome);
             }
             if self.in_a_hurry()
                 && let Some(outcome) = self.session.abandon()

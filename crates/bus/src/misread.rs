@@ -4,7 +4,7 @@
 //! is neither 00h or 20h with a position nor a reply's. That tells nothing of the encoder, and no machine needs stopping
 //! for it.
 
-use encoring_words::word::In;
+use encoring_words::word::{In, Out, ServiceFields, ServiceNumber};
 use encoring_words::{InWord, OutWord};
 
 /// How a word is to be read so that it is an encoder's.
@@ -53,9 +53,19 @@ impl Misread {
     }
 }
 
-/// How OUT holds what was written here, if the gateway has turned it round on its way.
+/// How OUT holds what was written here, if the gateway has turned it round on its way. What asks for a service is
+/// another master's, whatever it looks like.
 #[must_use]
 pub(crate) fn turned(written: OutWord, out: OutWord) -> Option<Misread> {
+    if let Out::Request(ServiceFields {
+        service: ServiceNumber::Known(_),
+        error: false,
+        reserve: false,
+        ..
+    }) = out.decode()
+    {
+        return None;
+    }
     Misread::ALL.into_iter().find(|way| way.read(InWord(written.0)).0 == out.0)
 }
 

@@ -153,7 +153,7 @@ impl<'a, B: Bus + ?Sized> Release<'a, B> {
             if self.stop.load(Ordering::Relaxed) {
                 return Err(ReleaseError::Interrupted);
             }
-            if self.bus.now().since(since) >= self.patience || matches!(problem, BusError::NoEncoder { .. }) {
+            if self.bus.now().since(since) >= self.patience || problem.is_no_encoder() {
                 return Err(problem.into());
             }
             self.bus.wait(LOOK_EVERY);

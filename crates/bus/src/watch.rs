@@ -12,7 +12,7 @@ use encoring_host::validity::Stop;
 use encoring_ring::diagnostics::Diagnosis;
 use encoring_words::{Duration, InWord, Instant, OutWord};
 
-use crate::bus::{Answered, Bus, BusError, LinkEvent};
+use crate::bus::{Answered, Bus, BusError, Cause, LinkEvent};
 use crate::history::{RingHistory, RingNews, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
 use crate::misread::{Misread, can_be_sent};
@@ -180,6 +180,8 @@ pub struct Watch<'a, B: ?Sized> {
     referees: Referees,
     /// Of each encoder the last word that no encoder sends.
     nobodys: Vec<Option<(Instant, InWord)>>,
+    /// The answer that brought no words last.
+    useless: Option<BusError>,
     poll: Poll,
 }
 
@@ -210,6 +212,7 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             stop,
             input: vec![InWord(0); subjects.len()],
             nobodys: vec![None; subjects.len()],
+            useless: None,
             subjects,
             runs,
             out_words: OutWords { is_readable: true, is_asked: true },
@@ -295,6 +298,12 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         let place = self.subjects.iter().position(|subject| subject.position == position)?;
         let (at, word) = self.nobodys.get(place).copied().flatten()?;
         Misread::of(word).filter(|_| self.poll.at.since(at) < DOUBTED_FOR)
+    }
+
+    /// What to change so that words are read in this way; see [`Bus::cure`].
+    #[must_use]
+    pub fn cure(&self, way: Misread) -> Option<String> {
+        self.bus.cure(way)
     }
 
     /// Waits for the next poll and makes it. `None` when it is to end.
@@ -404,8 +413,10 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         for &(first, count) in &self.runs {
             let (run, rest) = std::mem::take(&mut words).split_at_mut_checked(count).unwrap_or_default();
             words = rest;
-            let cycle = self.bus.cycle(None, first, run);
-            words_came |= cycle.is_ok();
+            let cycle = self.bus.cycle(None, first, run).map_err(|error| reason(&mut self.useless, error));
+            if cycle.is_ok() {
+                (words_came, self.useless) = (true, None);
+            }
             let at = cycle.as_ref().map_or_else(|_| self.bus.now(), |cycle| cycle.at);
             // The run first: at its end no subject may be taken.
             for (word, subject) in run.iter().zip(subjects.by_ref()) {
@@ -422,6 +433,17 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
             }
         }
         words_came
+    }
+}
+
+/// Why no word came: that the next attempt to connect is not due yet hides no answer that was none.
+fn reason(useless: &mut Option<BusError>, error: BusError) -> BusError {
+    match (&*useless, error) {
+        (Some(reason), BusError::NoConnection(Cause::Waiting { .. })) => reason.clone(),
+        (_, error) => {
+            *useless = Some(error.clone()).filter(|error| matches!(error, BusError::Client(_)));
+            error
+        }
     }
 }
 

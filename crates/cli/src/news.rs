@@ -76,7 +76,8 @@ impl TurnedRound {
         });
         let new: Vec<_> = ways.filter(|known| !self.0.contains(known)).collect();
         self.0.extend(&new);
-        new.into_iter().map(|(position, way)| News::of_turned_round(position, way, at, calendar)).collect()
+        let told = |(position, way)| News::of_turned_round(position, way, watch.cure(way), at, calendar);
+        new.into_iter().map(told).collect()
     }
 }
 
@@ -199,16 +200,15 @@ impl News {
     }
 
     /// Of words that no encoder sends, and that are one's if they are read in another way.
-    fn of_turned_round(position: usize, way: Misread, at: Instant, calendar: &Calendar) -> Self {
-        let cure = match way {
-            Misread::Halves => "`order_in` in the bus address is for that",
-            Misread::Bytes | Misread::HalvesAndBytes => "the gateway has a setting for the order of bytes",
-        };
-        let text = format!(
-            "IN is nobody's as it comes; with {} it is an encoder's: {cure}, and `encoring probe` tells more while the \
-             axis moves",
-            way.name()
-        );
+    fn of_turned_round(
+        position: usize,
+        way: Misread,
+        cure: Option<String>,
+        at: Instant,
+        calendar: &Calendar,
+    ) -> Self {
+        let cure = cure.map(|cure| format!(". What cures it: {cure}")).unwrap_or_default();
+        let text = format!("IN is nobody's as it comes; with {} it is an encoder's{cure}", way.name());
         Self { position: Some(position), ..Self::of_ring("misread", at, calendar, &text) }
     }
 

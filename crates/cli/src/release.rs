@@ -3,8 +3,8 @@
 use std::fmt;
 
 use clap::Args;
+use encoring_bus::Bus;
 use encoring_bus::release::{Release, ReleaseError, STANDS_FOR, Standing};
-use encoring_bus::{Bus, BusError};
 use encoring_station::Speed;
 use serde::Serialize;
 
@@ -95,8 +95,8 @@ impl Arguments {
     ) -> Result<ReleaseView, Failure> {
         let failure = |error: ReleaseError, written: &str| {
             let told = format!("{address}: {error}{written}");
-            match error {
-                ReleaseError::Bus(BusError::NoEncoder { .. }) => {
+            match &error {
+                ReleaseError::Bus(missing) if missing.is_no_encoder() => {
                     bad_input(format!("--at {}: {error}", self.at))
                 }
                 ReleaseError::Bus(_) | ReleaseError::Interrupted | ReleaseError::Misread { .. } => {

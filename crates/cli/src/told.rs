@@ -4,7 +4,7 @@ use std::fmt;
 
 use encoring_bus::master::MasterError;
 use encoring_bus::watch::{Poll, Watch};
-use encoring_bus::{Behind, Bus, BusError, RingNews};
+use encoring_bus::{Behind, Bus, RingNews};
 use encoring_host::preset::position;
 use encoring_host::request::Request;
 use encoring_host::service::{Check, Failure as ServiceFailure, Refusal};
@@ -256,7 +256,7 @@ impl fmt::Display for StatusView {
 /// A service that failed.
 #[derive(Serialize)]
 pub(crate) struct FailureView {
-    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master`, `no_bus`, `misread`, `error_pending` or `unreadable`.
+    /// `not_sent`, `refused`, `timed_out`, `given_up`, `another_master`, `no_bus`, `misread`, `not_prepared`, `error_pending` or `unreadable`.
     pub(crate) kind: &'static str,
     /// The request's OUT word.
     pub(crate) out: Option<String>,
@@ -416,8 +416,9 @@ impl FailureView {
             MasterError::OtherMaster { .. } | MasterError::Overwritten { .. } => {
                 ("another_master", Ends::Refused)
             }
-            MasterError::Bus(BusError::NoEncoder { .. }) => ("no_bus", Ends::BadInput),
+            MasterError::Bus(error) if error.is_no_encoder() => ("no_bus", Ends::BadInput),
             MasterError::Misread { .. } => ("misread", Ends::NoAnswer),
+            MasterError::NotPrepared { .. } => ("not_prepared", Ends::NoAnswer),
             MasterError::Interrupted => ("given_up", Ends::NoAnswer),
             _ => ("no_bus", Ends::NoAnswer),
         };
@@ -430,7 +431,8 @@ impl FailureView {
             ));
         }
         let of_bus = (!matches!(error, MasterError::Interrupted)).then_some(0);
-        Self { of_bus, ..Self::told(kind, ends, text) }
+        let carried_out = matches!(error, MasterError::NotPrepared { .. }).then_some(fate(Fate::NotSent).0);
+        Self { of_bus, carried_out, ..Self::told(kind, ends, text) }
     }
 
     /// The same with where the bus is, where it is about the bus.

@@ -444,12 +444,12 @@ impl Session {
     }
 
     fn prepare(&mut self, now: Instant, request: Request, noted: Option<Noted>) -> Option<Outcome> {
-        let free = noted.filter(|noted| {
-            let position = matches!(noted.input.decode(), In::Position { .. });
-            noted.left >= self.wait.since && position
-        });
-        if let Some(Noted { input: shown, .. }) = free
-            && self.error_bit_stands(shown)
+        let shown = noted.filter(|noted| matches!(noted.input.decode(), In::Position { .. }));
+        // Also by a word from before: one alone, which a gateway may have spoilt, tells nothing.
+        let told = shown.is_some_and(|shown| self.error_bit_stands(shown.input));
+        if let Some(Noted { input: shown, left }) = shown
+            && told
+            && left >= self.wait.since
             && self.settled(now, self.wait.stands, self.wait.answered)
         {
             self.error_before = shown.error_bit();

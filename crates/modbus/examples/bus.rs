@@ -57,7 +57,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let [word] = input;
                 match result {
                     Ok(_) => println!("{position}: OUT {:08X} IN {:08X}", client.out(position)?.0, word.0),
-                    Err(BusError::NoEncoder { .. }) => break,
+                    Err(error) if error.is_no_encoder() => break,
                     // Behind the last encoder there are no registers.
                     Err(BusError::Client(client))
                         if matches!(

@@ -29,7 +29,7 @@ const RTU: &str = "modbus-rtu:";
 /// Before the host of a server that passes frames on to a serial line as they are.
 const RTU_TCP: &str = "modbus-rtu-tcp://";
 
-const TIMEOUT_MS: RangeInclusive<u32> = 10..=60_000;
+pub(crate) const TIMEOUT_MS: RangeInclusive<u32> = 10..=60_000;
 const SETTLE_MS: RangeInclusive<u32> = 0..=60_000;
 const BAUD: RangeInclusive<u32> = 300..=4_000_000;
 /// One word is two registers, and no word is read in two pieces.

@@ -25,8 +25,10 @@ mod diagnosis;
 mod difference;
 mod line;
 mod link;
+mod pace;
 mod wire;
 
+use pace::Pace;
 pub(crate) use wire::reading;
 use wire::{Deadline, Wire, lost};
 
@@ -62,6 +64,10 @@ struct Core {
     /// It is there, as far as was told.
     up: bool,
     heard: Heard,
+    /// How fast it answers.
+    pace: Pace,
+    /// Why the last connection was of no use, though it was made: the next is worth a word when something was answered.
+    useless: Option<ModbusError>,
     /// Why the gateway's last connection is gone, if that was not told.
     gone: Option<ModbusError>,
     events: VecDeque<LinkEvent>,
@@ -138,6 +144,7 @@ impl Client {
         };
         let core = &mut self.core;
         runtime.block_on(async move {
+            core.pace.begin();
             let deadline = core.deadline();
             work(core, deadline).await
         })
@@ -183,12 +190,11 @@ impl Bus for Client {
     }
 
     fn cure(&self, misread: Misread) -> Option<String> {
-        let halves = advice::halves(&self.core.address);
-        Some(match misread {
-            Misread::Halves => halves,
-            Misread::Bytes => "nothing in the address: set the byte order in the gateway".to_owned(),
-            Misread::HalvesAndBytes => format!("the byte order, set in the gateway, and {halves}"),
-        })
+        Some(advice::turned(misread, advice::halves(&self.core.address)))
+    }
+
+    fn cure_of_writes(&self, misread: Misread) -> Option<String> {
+        Some(advice::turned(misread, advice::written_halves(&self.core.address)))
     }
 
     fn diagnosis(&mut self) -> Result<Diagnosis, BusError> {
@@ -196,7 +202,12 @@ impl Bus for Client {
     }
 
     fn advice(&self) -> Option<String> {
-        (self.core.heard == Heard::Silence).then(|| advice::silence(&self.core.address))
+        let Core { heard, pace, address, .. } = &self.core;
+        match (heard, pace.too_slow()) {
+            (Heard::Silence, _) => Some(advice::silence(address)),
+            (_, Some(after)) => Some(advice::slow(after, address.timeout)),
+            _ => None,
+        }
     }
 
     fn link_event(&mut self) -> Option<LinkEvent> {
@@ -219,6 +230,8 @@ impl Core {
             since: None,
             up: false,
             heard: Heard::NotAsked,
+            pace: Pace::default(),
+            useless: None,
             gone: None,
             events: VecDeque::new(),
         }
@@ -275,8 +288,9 @@ impl Core {
             let place = self.out_place(position, deadline).await?;
             let registers = self.address.order_out.registers(word.0);
             self.connect(deadline).await?;
+            let asked = self.now();
             self.wire()?.write(place.first, &registers, deadline).await?;
-            self.answer_came();
+            self.answer_came(asked);
         }
         let begun = self.now();
         let mut words = input.iter_mut();
@@ -395,6 +409,7 @@ impl Core {
         deadline: Deadline,
     ) -> Result<Vec<u16>, ModbusError> {
         self.connect(deadline).await?;
+        let mut asked = self.now();
         let wire = self.wire()?;
         let mut result = wire.read(place, count, deadline).await;
         if let Err(closed @ ModbusError::Bus(BusError::NoConnection(_))) = &result
@@ -403,10 +418,11 @@ impl Core {
             let closed = closed.clone();
             self.closed(closed);
             self.connect(deadline).await?;
+            asked = self.now();
             result = self.wire()?.read(place, count, deadline).await;
         }
         if result.is_ok() {
-            self.answer_came();
+            self.answer_came(asked);
         }
         result
     }
@@ -435,7 +451,7 @@ impl Core {
         match encoders {
             Some(encoders) if encoders > 0 && encoders <= position => {
                 self.encoders = Some(encoders);
-                Err(BusError::NoEncoder { position, encoders }.into())
+                Err(BusError::NotShown { position, encoders }.into())
             }
             _ => result,
         }

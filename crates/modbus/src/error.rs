@@ -104,6 +104,9 @@ impl From<ModbusError> for BusError {
             ModbusError::Bus(error) => error,
             ModbusError::Refused { exception: 5 | 6 | 0x0B, .. } => Self::client(Answered::Busy, error),
             ModbusError::Refused { .. } => Self::client(Answered::Refused, error),
+            ModbusError::Garbled { got: Garbled::Echo { got, wanted }, .. } if got != wanted => {
+                Self::client(Answered::Misdirected, error)
+            }
             ModbusError::Garbled { .. } => Self::client(Answered::Garbled, error),
         }
     }

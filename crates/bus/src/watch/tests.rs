@@ -450,6 +450,20 @@ fn a_ring_that_stands_takes_the_numbers_away_and_is_told_once_until_it_runs() {
 }
 
 #[test]
+fn that_the_next_attempt_is_not_due_hides_no_answer_that_was_none() {
+    let waiting = || {
+        let next = Duration::from_millis(100);
+        Err(BusError::NoConnection(Cause::Waiting { last: ErrorKind::InvalidData, next }))
+    };
+    let garbled = Err(BusError::client(Answered::Garbled, std::fmt::Error));
+    let words = [waiting(), garbled, waiting(), Ok(5), waiting()];
+    let told = verdicts(blind(Model::Ce65M), words);
+    let (none, no_answer) = ("no_answer_no_connection", "no_answer_garbled");
+    let told: Vec<_> = told.iter().map(Judgement::word).collect();
+    assert_eq!(told, [none, no_answer, no_answer, "unchecked", none]);
+}
+
+#[test]
 fn every_verdict_has_one_word_of_its_own() {
     let mut words = Judgement::WORDS.to_vec();
     words.sort_unstable();

@@ -470,7 +470,11 @@ fn words_that_a_gateway_turns_round_are_told_once_with_what_cures_it() {
     let lines = text(&watch.stdout);
     let told: Vec<_> = lines.lines().filter(|line| line.contains(r#""event":"misread""#)).collect();
     assert_eq!(told.len(), 1, "{lines}");
-    assert!(told[0].contains("its halves exchanged") && told[0].contains("`order_in`"), "{}", told[0]);
+    assert!(
+        told[0].contains("its halves exchanged") && told[0].contains("order=low-first in the address"),
+        "{}",
+        told[0]
+    );
     let log = run(folder.path(), &[&["log", "a.csv"][..], &at].concat());
     let file = fs::read_to_string(folder.path().join("a.csv")).unwrap();
     assert_eq!(file.matches("# event misread: ").count(), 1, "{file}");

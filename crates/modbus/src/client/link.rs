@@ -1,10 +1,11 @@
 //! The connection of a client: made when it is needed, given up when nothing good can come over it any more, and told of.
 
 use std::io;
+use std::mem::discriminant;
 use std::time::Duration as Span;
 
 use encoring_bus::{BusError, Cause, Link, LinkEvent};
-use encoring_words::Duration;
+use encoring_words::{Duration, Instant};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout_at};
 use tokio_serial::SerialPortBuilderExt;
@@ -25,7 +26,9 @@ impl Core {
     }
 
     /// A gateway that closes behind each answer is spared the race: its connection is not used again.
-    pub(super) fn answer_came(&mut self) {
+    pub(super) fn answer_came(&mut self, asked: Instant) {
+        self.pace.answered(self.now().since(asked));
+        self.useful();
         if self.closed_behind >= CLOSED_ENOUGH {
             self.wire = None;
         }
@@ -84,8 +87,22 @@ impl Core {
         }
     }
 
-    /// There is a connection: worth a word unless the gateway had only closed the last one.
+    /// There is a connection: worth a word unless the last one was there and of no use.
     fn up(&mut self) {
+        if self.useless.is_none() {
+            self.told_up();
+        }
+    }
+
+    /// Something was answered on this connection.
+    fn useful(&mut self) {
+        if self.useless.take().is_some() {
+            self.told_up();
+        }
+    }
+
+    /// Unless the gateway had only closed the last one.
+    fn told_up(&mut self) {
         if self.up && self.since.is_some() {
             self.gone = None;
             return;
@@ -126,7 +143,10 @@ impl Core {
     /// Drops the connection if a result leaves open what may still be on its way.
     pub(super) fn checked<T>(&mut self, result: Result<T, ModbusError>) -> Result<T, ModbusError> {
         match &result {
-            Err(ModbusError::Bus(BusError::NoAnswer { .. })) => self.unanswered(),
+            Err(ModbusError::Bus(BusError::NoAnswer { .. })) => {
+                self.unanswered();
+                self.pace.ran_out(self.address.timeout);
+            }
             Ok(_) | Err(ModbusError::Refused { .. } | ModbusError::Garbled { .. }) => {
                 self.heard = Heard::Something;
             }
@@ -134,7 +154,10 @@ impl Core {
         }
         match &result {
             Err(error) if !Wire::usable(error) => self.down(error.clone()),
-            _ if self.wire.as_ref().is_some_and(Wire::answered) => self.reconnect.worked(),
+            _ if self.wire.as_ref().is_some_and(Wire::answered) => {
+                self.reconnect.worked();
+                self.useful();
+            }
             _ => {}
         }
         result
@@ -148,15 +171,27 @@ impl Core {
 
     fn down(&mut self, cause: ModbusError) {
         let Some(wire) = self.wire.take() else { return };
-        if !wire.answered() {
+        if wire.answered() {
+            self.useful();
+        } else {
             // It was there, but of no use.
             self.failed(&cause);
+            let before = self.useless.replace(cause.clone());
+            if before.is_some_and(|before| is_same_trouble(&before, &cause)) {
+                self.forget_ring();
+                return;
+            }
         }
         self.told_down(cause);
     }
 
-    fn told_down(&mut self, cause: ModbusError) {
+    /// Another gateway may answer next.
+    fn forget_ring(&mut self) {
         (self.directory, self.encoders, self.up) = (None, None, false);
+    }
+
+    fn told_down(&mut self, cause: ModbusError) {
+        self.forget_ring();
         let now = self.now();
         let up_for = self.since.map_or(Duration::ZERO, |since| now.since(since));
         self.since = Some(now);
@@ -177,6 +212,16 @@ impl Core {
             self.events.pop_front();
         }
         self.events.push_back(LinkEvent { at: self.now(), what });
+    }
+}
+
+/// Whether two connections were of no use for the same reason; the numbers in an answer are others each time.
+fn is_same_trouble(before: &ModbusError, now: &ModbusError) -> bool {
+    match (before, now) {
+        (ModbusError::Garbled { got: before, .. }, ModbusError::Garbled { got: now, .. }) => {
+            discriminant(before) == discriminant(now)
+        }
+        _ => before == now,
     }
 }
 

@@ -169,9 +169,9 @@ fn an_encoder_that_is_not_there_is_refused_and_the_connection_kept() {
     let server = Server::start(2, Options::default());
     let mut client = server.client("");
     let error = read(&mut client, 2, 1).unwrap_err();
-    assert_eq!(error, BusError::NoEncoder { position: 2, encoders: 2 });
-    assert_eq!(read(&mut client, 0, 3), Err(BusError::NoEncoder { position: 2, encoders: 2 }));
-    assert_eq!(client.out(7), Err(BusError::NoEncoder { position: 7, encoders: 2 }));
+    assert_eq!(error, BusError::NotShown { position: 2, encoders: 2 });
+    assert_eq!(read(&mut client, 0, 3), Err(BusError::NotShown { position: 2, encoders: 2 }));
+    assert_eq!(client.out(7), Err(BusError::NotShown { position: 7, encoders: 2 }));
     let error = client.cycle(Some((2, OutWord(1))), 0, &mut [InWord(0)]).unwrap_err();
     assert_eq!(error, ModbusError::Refused { function: 16, register: 4, exception: 2 }.into());
     assert_eq!(read(&mut client, 1, 1).unwrap(), [0x8002_8003]);
@@ -268,6 +268,29 @@ fn a_peer_that_takes_connections_and_never_answers_is_told_with_what_may_be_wron
     assert_eq!(client.advice(), None);
     read(&mut client, 0, 1).unwrap();
     assert_eq!(client.advice(), None);
+}
+
+#[test]
+fn a_gateway_that_is_too_slow_is_told_with_a_time_out_that_has_room_for_a_call() {
+    let ms = Duration::from_millis;
+    let told = advice::slow(ms(250), ms(500));
+    assert!(
+        told.contains("come after 250 ms") && told.contains("in timeout_ms=500: with timeout_ms=1000 "),
+        "{told}"
+    );
+    assert!(advice::slow(ms(490), ms(500)).contains("with timeout_ms=2000 "));
+    assert!(advice::slow(ms(30), ms(60)).contains("with timeout_ms=200 "), "never less than it needs");
+    assert!(advice::slow(ms(40_000), ms(60_000)).contains("with timeout_ms=60000 "), "the most there is");
+}
+
+#[test]
+fn halves_that_are_exchanged_in_writes_alone_are_cured_by_the_order_of_out() {
+    let cure = |options: &str| {
+        let client = Client::new(format!("modbus-tcp://gateway{options}").parse().unwrap()).unwrap();
+        client.cure_of_writes(Misread::Halves).unwrap()
+    };
+    assert!(cure("").starts_with("order_out=low-first in the address"));
+    assert!(cure("?order_out=low-first").starts_with("order_out=high-first in the address"));
 }
 
 #[test]

@@ -129,7 +129,9 @@ impl Wire {
         match after {
             // A whole answer came, or there was nothing to ask.
             ModbusError::Refused { .. }
-            | ModbusError::Bus(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. }) => true,
+            | ModbusError::Bus(
+                BusError::NoEncoder { .. } | BusError::NotShown { .. } | BusError::NotAnEncoder { .. },
+            ) => true,
             ModbusError::Bus(_) | ModbusError::Garbled { .. } => false,
         }
     }

@@ -58,6 +58,7 @@ mod elsewhere {
         fn no_encoder(position: usize);
         fn under_way(out: Hex<8>);
         fn overwritten(out: Hex<8>, ours: Hex<8>);
+        fn not_prepared(word: Hex<8>);
         fn in_service(word: Hex<8>);
         fn misread(word: Hex<8>);
         fn stale(age_ns: Duration);
@@ -146,6 +147,7 @@ fn of_service(problem: NotServed) -> Said {
 fn of_bus(problem: &MasterError) -> Said {
     match *problem {
         MasterError::Bus(ref failed) => own(failed),
+        MasterError::NotPrepared { word, .. } => elsewhere::not_prepared(problem, Hex(word.0)),
         MasterError::OtherMaster { out } => elsewhere::under_way(problem, Hex(out.0)),
         MasterError::Overwritten { out, ours } => elsewhere::overwritten(problem, Hex(out.0), Hex(ours.0)),
         MasterError::InService { input } => elsewhere::in_service(problem, Hex(input.0)),

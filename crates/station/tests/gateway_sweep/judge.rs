@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use encoring_bus::release::{Release, ReleaseError};
-use encoring_bus::{Bus, BusError, EncoderMaster, MasterError};
+use encoring_bus::{Behind, Bus, BusError, EncoderMaster, MasterError};
 use encoring_host::preset::{Done, Preset};
 use encoring_host::program::{Back, Prepared, Program, Report, Stopped};
 use encoring_host::request::Request;
@@ -89,11 +89,20 @@ impl Told {
     fn error(&mut self, error: MasterError) {
         match error {
             MasterError::OtherMaster { out } => self.service_bits.push(out),
-            MasterError::Bus(BusError::NoEncoder { .. } | BusError::NotAnEncoder { .. })
+            MasterError::Bus(
+                BusError::NoEncoder { .. } | BusError::NotShown { .. } | BusError::NotAnEncoder { .. },
+            )
             | MasterError::Overwritten { .. }
             | MasterError::InService { .. }
             | MasterError::Stale { .. } => self.wrong(error),
-            MasterError::Bus(_) | MasterError::Misread { .. } | MasterError::Interrupted => {}
+            // Every write is carried out as it came.
+            MasterError::NotPrepared { behind, .. } if !matches!(behind, Behind::Bus(_)) => {
+                self.wrong(behind);
+            }
+            MasterError::Bus(_)
+            | MasterError::NotPrepared { .. }
+            | MasterError::Misread { .. }
+            | MasterError::Interrupted => {}
         }
     }
 

@@ -322,6 +322,31 @@ fn what_happened_to_the_link_is_told_once() {
 }
 
 #[test]
+fn connections_that_are_of_no_use_for_one_reason_are_told_once_and_then_the_first_that_is() {
+    let mut script = vec![Act::Spoiled(|good| with(good, 6, 7)); 3];
+    script.push(Act::Spoiled(|good| with(good, 0, 0x77)));
+    script.push(Act::Spoiled(|good| with(good, 0, 0x78)));
+    let gateway = Gateway::start(script);
+    let mut client = gateway.client().reconnecting(Reconnect::new(Duration::ZERO, 1, Duration::ZERO));
+    for _ in 0..5 {
+        read(&mut client, 0, 1).unwrap_err();
+    }
+    for _ in 0..2 {
+        read(&mut client, 0, 1).unwrap();
+    }
+    let events = drained(&mut client);
+    let [first, unit, transaction, last] = &events[..] else { panic!("{events:?}") };
+    assert_eq!(*first, Link::Up { down_for: Duration::ZERO });
+    let cause = |event: &Link| match event {
+        Link::Down { cause, .. } => cause.to_string(),
+        other => panic!("{other}"),
+    };
+    assert!(cause(unit).contains("unit 7 instead of 9"), "{unit}");
+    assert!(cause(transaction).contains("transaction number"), "{transaction}");
+    assert!(matches!(last, Link::Up { down_for: Duration(1..) }), "{last}");
+}
+
+#[test]
 fn a_gateway_that_takes_connections_and_never_answers_is_not_hurried() {
     let gateway = Gateway::start(vec![Act::SpoiledAndGone(|_| Vec::new()); 100]);
     let hour = Duration::from_secs(3_600);
