@@ -73,6 +73,11 @@ impl Axis {
         }
     }
 
+    /// What was given is so no more: another scaling may be active.
+    pub(crate) const fn forget(&mut self) {
+        (self.is_circle_known, self.is_scale_known) = (false, false);
+    }
+
     /// Steps a second that are permissible, if steps are known parts of a turn or of a millimetre.
     pub(crate) fn limit(&self) -> Option<i64> {
         self.swiftest.steps_per_s.filter(|_| self.is_scale_known)

@@ -3,13 +3,13 @@
 use std::io::BufRead;
 use std::str::FromStr;
 
-use encoring_trace::bus::{BusReader, MARK};
-use encoring_trace::{Columns, DeviceLine, LoggedEncoder, Reader, RowKind, TableLayout};
+use encoring_trace::bus::{BusEvent, BusReader, BusRow, MARK};
+use encoring_trace::{Columns, CycleSeen, DeviceLine, LoggedEncoder, Reader, RowKind, TableLayout};
 
 use crate::detector::Detector;
 use crate::episode::Conclusion;
 use crate::picture::Picture;
-use crate::sample::Sample;
+use crate::sample::{Sample, Sighting};
 use crate::statements;
 use crate::unread::Unreadable;
 
@@ -30,8 +30,30 @@ pub struct RecordedSamples<R> {
 
 #[derive(Debug)]
 enum Kind<R> {
-    Bus(BusReader<R>),
+    Bus(BusReader<R>, Box<Running>),
     Table(Reader<R>),
+}
+
+/// The encoders of which a cycle was seen since the ring began to run.
+///
+/// What comes in the first cycle is what the encoder held before: nothing, or the word of before the stop.
+#[derive(Debug)]
+struct Running([bool; 256]);
+
+impl Running {
+    /// What the next row shows.
+    fn look(&mut self, row: &BusRow) -> Option<Sample> {
+        let mut sample = Sample::of_bus(row)?;
+        if let (BusEvent::Cycle { line, .. }, Some(runs)) =
+            (row.event, self.0.get_mut(usize::from(row.position)))
+        {
+            let has_run = std::mem::replace(runs, line != Some(CycleSeen::Silent));
+            if !has_run {
+                sample.reading = Sighting::Nothing;
+            }
+        }
+        Some(sample)
+    }
 }
 
 /// The columns of what `ssi decode --format csv` prints: its column `position` is one in steps, and none where a fault
@@ -52,7 +74,10 @@ impl<R: BufRead> RecordedSamples<R> {
         let (is_bus, is_ssi) =
             (begins.starts_with(MARK.as_bytes()), begins.starts_with(SSI_HEADER.as_bytes()));
         let rows = match layout {
-            _ if is_bus => Kind::Bus(BusReader::new(name, source).map_err(Unreadable::from)?),
+            _ if is_bus => {
+                let reader = BusReader::new(name, source).map_err(Unreadable::from)?;
+                Kind::Bus(reader, Box::new(Running([false; 256])))
+            }
             None if is_ssi => Kind::Table(Reader::with(name, source, &ssi()?).map_err(Unreadable::from)?),
             None => Kind::Table(Reader::new(name, source).map_err(Unreadable::from)?),
             Some(layout) => Kind::Table(Reader::with(name, source, layout).map_err(Unreadable::from)?),
@@ -64,7 +89,7 @@ impl<R: BufRead> RecordedSamples<R> {
     #[must_use]
     pub const fn table(&self) -> Option<&Reader<R>> {
         match &self.rows {
-            Kind::Bus(_) => None,
+            Kind::Bus(..) => None,
             Kind::Table(reader) => Some(reader),
         }
     }
@@ -79,7 +104,7 @@ impl<R: BufRead> RecordedSamples<R> {
     #[must_use]
     pub fn devices(&self) -> &[DeviceLine] {
         match &self.rows {
-            Kind::Bus(reader) => reader.devices(),
+            Kind::Bus(reader, _) => reader.devices(),
             Kind::Table(reader) => reader.recording().map_or(&[][..], |recording| &recording.devices),
         }
     }
@@ -97,7 +122,7 @@ impl<R: BufRead> Iterator for RecordedSamples<R> {
 
     fn next(&mut self) -> Option<Self::Item> {
         let sample = match &mut self.rows {
-            Kind::Bus(reader) => reader.next()?.map(|row| Sample::of_bus(&row)),
+            Kind::Bus(reader, running) => reader.next()?.map(|row| running.look(&row)),
             Kind::Table(reader) => {
                 let of_position = |row: &encoring_trace::Row| row.kind != RowKind::SsiEdge;
                 reader.next()?.map(|row| of_position(&row).then(|| Sample::of_row(&row)).flatten())
@@ -166,5 +191,26 @@ impl Diagnosed {
     #[must_use]
     pub const fn is_judged(&self) -> bool {
         self.rows >= ROWS_LEAST
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_word_behind_a_start_or_a_stop_of_the_ring_is_no_position() {
+        let file = "# encoring-bus 1\n\
+                    time_us,position,event,out,in,line,client,half,value\n\
+                    1,0,cycle,00000000,00000000,good,,,\n\
+                    2,0,cycle,00000000,00000005,good,,,\n\
+                    3,0,cycle,00000000,00000005,silent,,,\n\
+                    4,0,cycle,00000000,00000005,good,,,\n\
+                    5,0,cycle,00000000,00000009,bad,,,\n\
+                    6,0,cycle,00000000,00000007,good,,,\n";
+        let rows = RecordedSamples::open("bus.csv", file.as_bytes(), None).unwrap();
+        let seen: Vec<_> = rows.map(|sample| sample.unwrap().unwrap().reading).collect();
+        let (nothing, word) = (Sighting::Nothing, Sighting::Word);
+        assert_eq!(seen, [nothing, word(5), nothing, nothing, nothing, word(7)]);
     }
 }

@@ -1,8 +1,9 @@
 //! What the recording itself tells: requests and replies of services.
 
 use encoring_texts::Said;
+use encoring_words::parameter::{CountingDirection, Direction};
 use encoring_words::word::{Out, ServiceFields, ServiceNumber};
-use encoring_words::{Access, InWord, OutWord, Service};
+use encoring_words::{Access, InWord, OutWord, ParameterSet, Service};
 
 use crate::evidence;
 use crate::options::Counted;
@@ -58,6 +59,13 @@ pub(crate) struct Services {
     values: Vec<u32>,
     /// Measuring lengths that were written or read.
     lengths: Vec<u32>,
+    /// The counting direction that is active, if it is known, and one that was written since the last data check.
+    direction: Option<Direction>,
+    direction_written: Option<Direction>,
+    /// A scaling was written, and no data check has followed yet.
+    is_scaling_written: bool,
+    /// The line of the first data check that made another scaling active.
+    rescaled: Option<u64>,
     /// Rows with an OUT word, and without.
     outs: (u64, u64),
     requested: bool,
@@ -68,9 +76,10 @@ pub(crate) struct Services {
 }
 
 impl Services {
-    /// Of rows whose numbers count this.
-    pub(crate) fn new(counted: Counted) -> Self {
-        Self { counted, ..Self::default() }
+    /// Of rows whose numbers count this, and of an encoder with these active values.
+    pub(crate) fn new(counted: Counted, active: Option<&ParameterSet>) -> Self {
+        let direction = active.map(|active| active.counting_direction().direction);
+        Self { counted, direction, ..Self::default() }
     }
 
     /// A row, as it is told.
@@ -140,10 +149,23 @@ impl Services {
             (Service::MeasuringLength | Service::Numerator | Service::Denominator, Access::Write) => {
                 Done::Scaling
             }
-            (Service::CountingDirection, Access::Write) => Done::Direction,
+            // The code may be another; the direction is the same.
+            (Service::CountingDirection, Access::Write) => {
+                let written = CountingDirection::from_data(fields.data).direction;
+                self.direction_written = Some(written);
+                if self.direction == Some(written) {
+                    return;
+                }
+                Done::Direction
+            }
             (Service::DataCheck, Access::Read) => Done::Check,
             _ => return,
         };
+        if done == Done::Check {
+            self.direction = self.direction_written.take().or(self.direction);
+            self.rescaled = self.rescaled.or(self.is_scaling_written.then_some(row.line));
+        }
+        self.is_scaling_written |= done == Done::Scaling;
         if self.marks.len() >= MARKS {
             self.marks.remove(0);
         }
@@ -178,6 +200,16 @@ impl Services {
         }
         self.untold.drain(..told);
         sessions
+    }
+
+    /// The line from which on another scaling than at first may be active, as it was written and checked.
+    pub(crate) const fn rescaled(&self) -> Option<u64> {
+        self.rescaled
+    }
+
+    /// The line of the first thing done of which no session was made yet.
+    pub(crate) fn waiting_since(&self) -> Option<u64> {
+        self.untold.first().map(|mark| mark.line)
     }
 
     /// Whether something was done that no session was made of yet.

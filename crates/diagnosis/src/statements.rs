@@ -10,6 +10,8 @@ texts! {
     fn rows(position: u8, rows: u64, positions: u64, period_ns: Duration) =
         "position {position}: {rows} rows, {positions} of them positions, {period_ns} apart";
     fn given(position: u8, positions: i64) = "position {position}: {positions} positions, as given";
+    fn given_until(position: u8, positions: i64, line: u64) =
+        "position {position}: {positions} positions, as given, up to line {line}, where a data check made another scaling active";
     fn no_end(position: u8, most: i64) =
         "position {position}: S is at least {most}: no end of the range was seen";
     fn ends(position: u8, positions: i64, times: usize) =

@@ -80,6 +80,9 @@ impl Tally {
         if !self.has_moved {
             limits.push(statements::never_moved(position));
         }
+        told.extend(
+            beside.given.ended().map(|(positions, line)| statements::given_until(position, positions, line)),
+        );
         told.push(match (axis.is_circle_known, ends.times) {
             (true, _) => statements::given(position, positions),
             (false, 0) => statements::no_end(position, ends.most),

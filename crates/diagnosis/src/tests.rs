@@ -199,3 +199,69 @@ fn a_known_place_at_the_end_of_all_times_is_told_as_one_that_no_row_is_near() {
     let limits = detector.finish().limits;
     assert!(limits.iter().any(|limit| limit.text().contains("was not compared")), "{limits:?}");
 }
+
+/// Rows of 10 ms: positions of each row's number, and services that stand for two rows without and two with their reply, at
+/// the numbers of rows where they begin.
+fn served(
+    positions: impl Fn(u32) -> u32,
+    services: &[(u32, u32)],
+    rows: u32,
+    options: Options,
+) -> Conclusion {
+    let mut detector = Detector::new(options);
+    for k in 0..rows {
+        let service = services.iter().find(|(at, _)| (*at..at + 4).contains(&k));
+        let (out, word) = match service {
+            Some((at, service)) if k >= at + 2 => (*service, *service),
+            Some((_, service)) => (*service, positions(k)),
+            None => (0, positions(k)),
+        };
+        let (line, time_ns) = (u64::from(k) + 2, u64::from(k) * 10_000_000);
+        detector.sample(Sample { line, time_ns, position: 0, out: Some(out), reading: Sighting::Word(word) });
+    }
+    detector.finish()
+}
+
+fn ce_65_with(parameters: &[(Parameter, u32)]) -> Options {
+    let model = Model::Ce65M;
+    let sensor = model.sensor(None, None).unwrap();
+    let mut values = ParameterSet::factory(model, sensor);
+    parameters.iter().for_each(|(parameter, value)| values.set(*parameter, *value));
+    Options { active: Some(ActiveValues { model, sensor, parameters: values }), ..Options::default() }
+}
+
+#[test]
+fn behind_a_scaling_that_the_rows_show_what_was_given_holds_no_more() {
+    let positions = |k: u32| if k < 112 { 0xFF_F000 + 20 * k } else { (4_000 + 20 * (k - 112)) % 10_000 };
+    let services = [(96, 0xC200_270F), (102, 0xC300_000A), (108, 0x8800_0000)];
+    let said = served(positions, &services, 1_000, ce_65_with(&[]));
+    let causes: Vec<_> = said.episodes.iter().map(|episode| episode.cause).collect();
+    assert!(causes.contains(&JumpCause::Rescaled) && causes.contains(&JumpCause::Wrap), "{causes:?}");
+    assert!(!causes.contains(&JumpCause::OverAcceleration), "{:?}", said.episodes);
+    let told = "position 0: 16777216 positions, as given, up to line 110, where a data check made another scaling active";
+    assert!(said.judged.iter().any(|judged| judged.text() == told), "{:?}", said.judged);
+}
+
+#[test]
+fn a_service_that_changes_nothing_is_no_cause() {
+    let causes = |services: &[(u32, u32)], steps: u32, options: Options| -> Vec<_> {
+        let said = served(|k| 9_000 + steps * k, services, 400, options);
+        said.episodes
+            .iter()
+            .map(|episode| episode.cause)
+            .filter(|cause| *cause != JumpCause::ReplyAsPosition)
+            .collect()
+    };
+    for steps in [0, 20] {
+        // The values that were active, those without a data check, and the same direction with another code.
+        for services in [
+            &[(200, 0xC2FF_FFFF), (206, 0x8800_0000)][..],
+            &[(200, 0xC200_270F)],
+            &[(200, 0xC100_0000), (206, 0x8800_0000)],
+            &[(200, 0xC100_0001)],
+        ] {
+            assert_eq!(causes(services, steps, Options::default()), [], "{services:X?}, {steps}");
+            assert_eq!(causes(services, steps, ce_65_with(&[])), [], "{services:X?}, {steps}");
+        }
+    }
+}

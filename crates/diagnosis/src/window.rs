@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use encoring_host::validity::Circle;
 use encoring_texts::{Decimal, Hex, Said};
 use encoring_words::model::SensorKind;
 use encoring_words::parameter::{Code, Parameter};
@@ -15,6 +16,7 @@ use crate::episode::{Conclusion, Episode};
 use crate::evidence;
 use crate::given::Given;
 use crate::ledger::Ledger;
+use crate::motion::{scaled, way};
 use crate::noise;
 use crate::options::Options;
 use crate::outside;
@@ -40,6 +42,8 @@ pub(crate) const ROWS: usize = 8_192;
 const AHEAD: usize = 1_024;
 /// Rows before them.
 const BEHIND: usize = 512;
+/// Rows before a service.
+const AROUND: usize = 16;
 /// A longer pause than so many periods is a gap: nothing is known of it.
 const GAP: i64 = 8;
 
@@ -99,7 +103,7 @@ impl Window {
             rows: Vec::new(),
             from: 0,
             way: usual,
-            services: Services::new(options.counted),
+            services: Services::new(options.counted, active.as_ref()),
             bends: Bends::default(),
             ends: Ends::default(),
             places: Places::new(&options.known),
@@ -168,6 +172,10 @@ impl Window {
         for run in points.chunk_by_mut(|a, b| b.time_ns - a.time_ns <= GAP * period_ns) {
             noise::even_times(run, self.axis.circle, period_ns);
         }
+        if let Some(line) = self.services.rescaled().filter(|_| self.axis.is_circle_known) {
+            self.axis.forget();
+            self.given.end(line);
+        }
         self.ends.look(&points, &mut self.axis);
         // A rod's positions go on beyond its length [C7].
         if self.model.is_none_or(|model| model.sensor_kind() == SensorKind::Rotary) {
@@ -202,7 +210,7 @@ impl Window {
         outside::finds(&part, &mut finds);
         self.places.look(&part, self.is_ending, &mut finds);
         self.stops.finds(&part, &self.services, &mut finds);
-        self.sessions(&range, &stretches, &mut finds);
+        self.sessions(&range, &stretches, Steady { points: &points, circle, tolerance }, &mut finds);
         finds.sort_by_key(|(rows, _)| rows.start);
         let is_lost = is_lost(tolerance, &self.axis, self.ends.most);
         // Where every place can be reached from row to row, only what the words themselves say is left.
@@ -240,7 +248,13 @@ impl Window {
     }
 
     fn drain(&mut self, until: usize) {
-        let kept = until.saturating_sub(BEHIND);
+        // Rows of services that nothing was told of yet are still needed.
+        let waiting = self.services.waiting_since();
+        let needed = waiting.map_or(until, |line| self.rows.partition_point(|row| row.line < line));
+        let kept = until
+            .saturating_sub(BEHIND)
+            .min(needed.saturating_sub(AROUND))
+            .max(until.saturating_sub(ROWS / 2));
         self.rows.drain(..kept.min(self.rows.len()));
         self.from = until - kept;
     }
@@ -323,6 +337,7 @@ impl Window {
         &mut self,
         range: &Range<usize>,
         stretches: &[Stretch],
+        steady: Steady<'_>,
         finds: &mut Vec<(Range<usize>, Judged)>,
     ) {
         let until = match self.is_ending {
@@ -346,6 +361,14 @@ impl Window {
             let near = rows.start.saturating_sub(4)..rows.end + 50;
             let is_found =
                 finds.iter().any(|(found, judged)| judged.cause == cause && near.contains(&found.start));
+            let has_jumped = finds.iter().any(|(found, judged)| {
+                judged.cause != JumpCause::ReplyAsPosition && near.contains(&found.start)
+            });
+            // The same value once more changes nothing, and another one nothing before a data check [R79].
+            let moves_all = matches!(done, Done::Scaling | Done::Direction);
+            if moves_all && !has_jumped && steady.goes_on(&near) {
+                continue;
+            }
             if !is_found && !self.ledger.has_told(cause, lines.0) && rows.end <= self.rows.len() {
                 finds.push((rows, Judged::certain(cause, evidence)));
             }
@@ -369,6 +392,43 @@ impl Window {
         }
     }
 }
+
+/// Points among which nothing may have happened.
+#[derive(Clone, Copy)]
+struct Steady<'a> {
+    points: &'a [Point],
+    circle: Circle,
+    tolerance: i64,
+}
+
+impl Steady<'_> {
+    /// Whether positions that another scaling or direction would have moved go on from before these rows to behind them.
+    fn goes_on(&self, rows: &Range<usize>) -> bool {
+        let place = |row: usize| self.points.partition_point(|point| point.row < row);
+        let (before, behind) = (place(rows.start), place(rows.end));
+        let four = |from: Option<usize>| {
+            let from = from?;
+            Some((*self.points.get(from)?, *self.points.get(from + 3)?))
+        };
+        let (Some((a, b)), Some((c, d))) = (four(before.checked_sub(4)), four(Some(behind))) else {
+            return false;
+        };
+        let span = c.time_ns - b.time_ns;
+        let over = |from: Point, to: Point| {
+            scaled(way(self.circle, from.value, to.value), span, to.time_ns - from.time_ns)
+        };
+        let (was, is) = (over(a, b), over(c, d));
+        let count = i64::try_from(behind - before).unwrap_or(i64::MAX).max(4);
+        let may = self.tolerance.saturating_mul(count) / 2;
+        let is_even = (was - is).abs() <= may.max(was.abs().max(is.abs()) / 4);
+        let is_on_the_way =
+            (way(self.circle, b.value, c.value) - (was + is) / 2).abs() <= may.max((was - is).abs());
+        is_even && is_on_the_way && b.value > may.saturating_mul(4) + SMALL
+    }
+}
+
+/// Positions up to this one are near those of every scaling.
+const SMALL: i64 = 64;
 
 /// Whether a find is the edge of rows that are read in another way, which shows a row or two too early or too late.
 fn is_edge(stretches: &[Stretch], rows: &Range<usize>, judged: &Judged) -> bool {
