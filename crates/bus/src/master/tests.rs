@@ -116,7 +116,7 @@ fn before_a_gateway_that_does_not_write_what_it_acknowledges_nothing_is_sent() {
 }
 
 #[test]
-fn what_stood_on_out_before_may_be_anothers_that_writes_it_again_and_is_not_written_over() {
+fn what_stood_on_out_before_may_be_written_by_a_plc_again_and_again_and_is_not_written_over() {
     let mut gateway = Gateway::writing(|_, _| Ok(OutWord(0x0200_1388)));
     gateway.stood = vec![(Instant::ZERO, OutWord(0x0200_1388))];
     let refusal = gateway.refusal();
