@@ -86,8 +86,8 @@ pub enum Behind {
     },
     /// OUT was looked at, and nothing stood there, or the word before that one.
     #[error(
-        "OUT holds {out} instead of the {ours} written here: the gateway has let its outputs fall, does not write what \
-         it acknowledges, or shows other registers; `encoring probe` looks for them"
+        "OUT holds {out} instead of the {ours} written here: a PLC or another master writes it, or the gateway has let \
+         its outputs fall, does not write what it acknowledges, or shows other registers; `encoring probe` looks for them"
     )]
     NotThere {
         /// The OUT word that stands on the bus.
