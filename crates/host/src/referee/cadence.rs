@@ -10,6 +10,9 @@ const ROUND: u32 = 16;
 const TIMES: u64 = 8;
 /// Shorter pauses are none.
 const SHORT: Duration = Duration::from_millis(50);
+/// Before enough is learnt, a gap is longer than this, and so many times as long as all pauses together.
+const UNSURE: Duration = Duration::from_millis(100);
+const TIMES_UNSURE: u64 = 16;
 
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cadence {
@@ -46,8 +49,13 @@ impl Cadence {
         let mean = (pauses >= LEARNT).then(|| last.since(first).as_nanos() / u64::from(pauses));
         let usual = if pauses == ROUND { mean } else { usual.or(mean) };
         let is_gap = pauses != NO_ROUND
-            && pause > SHORT
-            && usual.is_some_and(|usual| pause.as_nanos() / TIMES > usual);
+            && match usual {
+                Some(usual) => pause > SHORT && pause.as_nanos() / TIMES > usual,
+                None => {
+                    let all = last.since(first).as_nanos();
+                    all > 0 && pause > UNSURE && pause.as_nanos() / TIMES_UNSURE > all
+                }
+            };
         *self = if is_gap || pauses == NO_ROUND {
             // If it goes on like this, this is usual from now on.
             Self { first: at, last: at, pauses: 0, usual: None }

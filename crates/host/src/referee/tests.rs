@@ -432,6 +432,37 @@ fn what_runs_backwards_has_gaps_or_was_not_written_is_counted_and_not_judged() {
     assert_eq!((referee.flaws().lone_halves, referee.services()), (1, 0));
 }
 
+/// What is found of words so many microseconds after the first, and how many gaps.
+fn shown(cycles: &[(u64, u32, u32)]) -> (Vec<HandshakeRule>, u64) {
+    let mut referee = Referee::new(Vantage::Exchanges, Some(Model::Ce65M));
+    for (at_us, out, input) in cycles {
+        let (at, out, input) = (Instant(at_us * 1_000), OutWord(*out), Some(InWord(*input)));
+        referee.observe(Observed::Cycle { at, out, input, line: LineSeen::Good });
+    }
+    referee.finish();
+    (referee.findings().map(|finding| finding.rule).collect(), referee.flaws().gaps.into())
+}
+
+#[test]
+fn a_pause_in_a_short_trace_is_a_gap_and_the_wait_for_a_reply_is_none() {
+    let risen = [(0, 0, 5), (1_000, 0x4200_270F, 5), (2_000, 0xC200_270F, 5)];
+    let reply = |at_us| (at_us, 0xC200_270F, 0xC200_270F);
+    for pause_us in [800_000, 20_000_000, 584 * 365 * 24 * 3_600 * 1_000_000] {
+        let later = 2_000 + pause_us;
+        let dropped = [(later, 0x4200_270F, 5), (later + 1_000, 0, 5)];
+        assert_eq!(shown(&[&risen[..], &dropped].concat()), (Vec::new(), 1), "{pause_us} us");
+        let ended = [reply(3_000), (4_000, 0x4200_270F, 5), (later + 4_000, 0, 5)];
+        assert_eq!(shown(&[&risen[..], &ended].concat()).1, 1, "{pause_us} us");
+    }
+    let waited = [reply(90_000), (91_000, 0x4200_270F, 5), (92_000, 0, 5)];
+    assert_eq!(shown(&[&risen[..], &waited].concat()).1, 0);
+    let slow =
+        [(0, 0, 5), (1_000_000, 0x4200_270F, 5), (2_000_000, 0xC200_270F, 5), (9_000_000, 0x4200_270F, 5)];
+    assert_eq!(shown(&slow).1, 0);
+    let early = [(0, 0, 5), (100_000, 0x4200_270F, 5), (200_000, 0xC200_270F, 5), (700_000, 0x4200_270F, 5)];
+    assert_eq!(shown(&early), ([HandshakeRule::DroppedBeforeAcknowledgement].to_vec(), 0));
+}
+
 #[test]
 fn without_a_model_only_what_holds_for_every_one_is_certain() {
     let mut referee = Referee::new(Vantage::Cycles, None);
