@@ -37,6 +37,8 @@ pub struct Episode {
 pub struct Conclusion {
     /// What was found, in order of time.
     pub episodes: Vec<Episode>,
+    /// Whether jumps of at least one encoder could be judged.
+    pub is_judged: bool,
     /// What was judged.
     pub judged: Vec<Said>,
     /// What could not be judged, and why.

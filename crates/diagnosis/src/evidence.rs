@@ -48,6 +48,7 @@ texts! {
     fn data_of_check() = "0 are the data of a data check without an error";
     fn one_bit(bit: u32) = "bit {bit} changed puts it where the rows around it lead";
     fn away_and_back(rows: usize) = "{rows} rows away, and back on the curve";
+    fn shorter_way(positions: i64) = "the shorter way leads over the end of {positions} positions";
     fn end_to_end(positions: i64) = "from one end of {positions} positions to the other, at the same speed";
     fn stood(rows: usize, steps: i64) =
         "the same word in {rows} rows, then {steps} steps, which is the way at the speed before and behind";

@@ -1,15 +1,19 @@
-//! Whether the number of positions that is given is one that the rows keep to.
+//! Whether the rows keep to the number of positions that is given, and to what a word can hold.
 
 use std::ops::Range;
 
 use encoring_texts::Said;
+use encoring_words::word::DATA_MAX;
 
 use crate::axis::Axis;
 use crate::curve::Point;
 use crate::row::Row;
 use crate::statements;
 
-/// The number of positions that is given, and what was seen beyond it.
+/// Positions of a word.
+const WORD: i64 = DATA_MAX as i64 + 1;
+
+/// The number of positions that is given, or that a word can hold, and what was seen outside them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Given {
     positions: Option<i64>,
@@ -28,11 +32,11 @@ impl Given {
 
     /// Counts those of a range of rows.
     pub(crate) fn look(&mut self, points: &[Point], rows: &[Row], range: &Range<usize>) {
-        let Some(positions) = self.positions else { return };
+        let shown = 0..self.positions.unwrap_or(WORD);
         let line = |point: &Point| rows.get(point.row).map_or(0, |row| row.line);
         let is_given = |point: &Point| self.until.is_none_or(|until| line(point) < until);
         let here = points.iter().filter(|point| range.contains(&point.row) && is_given(point));
-        for point in here.filter(|point| point.value >= positions) {
+        for point in here.filter(|point| !shown.contains(&point.value)) {
             self.count += 1;
             let line = line(point);
             self.first.get_or_insert((point.value, line));
@@ -49,9 +53,25 @@ impl Given {
         self.positions.zip(self.until)
     }
 
-    /// What contradicts what is given; `None` if nothing does.
+    /// Whether all of these positions are among them.
+    pub(crate) fn has(&self, positions: &Range<i64>) -> bool {
+        let given = self.positions.filter(|_| self.until.is_none());
+        positions.start >= 0 && positions.end <= given.unwrap_or(WORD)
+    }
+
+    /// Something was seen that no word can hold.
+    pub(crate) const fn is_beyond_word(&self) -> bool {
+        self.positions.is_none() && self.first.is_some()
+    }
+
+    /// What contradicts it; `None` if nothing does.
     pub(crate) fn contradiction(&self, position: u8) -> Option<Said> {
-        let (positions, (first, line)) = (self.positions?, self.first?);
-        Some(statements::beyond_given(position, positions, positions - 1, self.count, first, line))
+        let (first, line) = self.first?;
+        Some(match self.positions {
+            Some(positions) => {
+                statements::beyond_given(position, positions, positions - 1, self.count, first, line)
+            }
+            None => statements::beyond_word(position, DATA_MAX, self.count, first, line),
+        })
     }
 }

@@ -40,10 +40,10 @@ pub fn page(title: &str, parts: &[PagePart<'_>]) -> String {
     for part in parts {
         put(&mut page, format_args!("<h2>{}</h2>\n", Escaped(part.name)));
         list(&mut page, &part.conclusion.limits);
-        if part.conclusion.episodes.is_empty() {
-            page.push_str("<p>No step change.</p>\n");
-        } else {
+        if !part.conclusion.episodes.is_empty() {
             table(&mut page, part);
+        } else if part.conclusion.is_judged {
+            page.push_str("<p>No step change.</p>\n");
         }
         for chart in part.charts {
             put(&mut page, format_args!("<figure>\n{}</figure>\n", chart.svg()));

@@ -16,7 +16,8 @@ const QUIET_OF_FAST: i64 = 2;
 pub(crate) struct Quiet {
     /// From row to row.
     pub(crate) period_ns: i64,
-    /// The largest position.
+    /// The smallest position, and the largest.
+    pub(crate) least: i64,
     pub(crate) most: i64,
     pub(crate) has_moved: bool,
 }
@@ -39,7 +40,7 @@ pub(crate) fn of(rows: &[Row], pace: Pace) -> Option<Quiet> {
     let most_bend = if period_ns < pace.fast_ns { QUIET_OF_FAST } else { QUIET };
     let start = first.position(ReadAs::Plain)?;
     let (mut before, mut step) = (start, second.position(ReadAs::Plain)? - start);
-    let (mut time, mut most, mut fastest) = (first.time_ns, start, 0);
+    let (mut time, mut least, mut most, mut fastest) = (first.time_ns, start, start, 0);
     for row in rows.get(1..)? {
         let value = row.position(ReadAs::Plain)?;
         let (next, span) = (value - before, row.time_ns - time);
@@ -48,14 +49,14 @@ pub(crate) fn of(rows: &[Row], pace: Pace) -> Option<Quiet> {
             return None;
         }
         (before, step, time) = (value, next, row.time_ns);
-        most = most.max(value);
+        (least, most) = (least.min(value), most.max(value));
         fastest = fastest.max(next.abs());
     }
     let is_slow = pace
         .steps_per_s
         .is_none_or(|limit| fastest.saturating_mul(1_000_000_000) < limit.saturating_mul(period_ns) / 2);
     let has_moved = fastest > 0;
-    is_slow.then_some(Quiet { period_ns, most, has_moved })
+    is_slow.then_some(Quiet { period_ns, least, most, has_moved })
 }
 
 #[cfg(test)]
@@ -79,9 +80,9 @@ mod tests {
     #[test]
     fn even_rows_are_quiet_and_any_jump_service_or_gap_is_not() {
         let even = |k: u32| 1_000 + 7 * k;
-        let quiet = Quiet { period_ns: 10_000_000, most: 1_693, has_moved: true };
+        let quiet = Quiet { period_ns: 10_000_000, least: 1_000, most: 1_693, has_moved: true };
         assert_eq!(of(&rows(even), PACE), Some(quiet));
-        assert_eq!(of(&rows(|_| 5), PACE), Some(Quiet { most: 5, has_moved: false, ..quiet }));
+        assert_eq!(of(&rows(|_| 5), PACE), Some(Quiet { least: 5, most: 5, has_moved: false, ..quiet }));
         assert_eq!(of(&rows(|k| if k == 50 { even(k) + 4 } else { even(k) }), PACE), None);
         assert_eq!(of(&rows(|k| if k == 50 { 0x8200_0000 } else { even(k) }), PACE), None);
         let mut asked = rows(even);

@@ -16,9 +16,6 @@ use crate::unread::Unreadable;
 /// How what `ssi decode --format csv` prints begins.
 const SSI_HEADER: &str = "time_ns,clocks,field,position,fault";
 
-/// Fewer rows show no motion.
-const ROWS_LEAST: u64 = 3;
-
 /// A recording that is being read.
 #[derive(Debug)]
 pub struct RecordedSamples<R> {
@@ -187,10 +184,10 @@ impl Diagnosed {
         Ok(Self { name: recorded.name.clone(), rows, conclusion, picture })
     }
 
-    /// Whether there were rows enough for anything to be judged.
+    /// Whether any jump could be judged.
     #[must_use]
     pub const fn is_judged(&self) -> bool {
-        self.rows >= ROWS_LEAST
+        self.conclusion.is_judged
     }
 }
 

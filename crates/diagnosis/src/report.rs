@@ -34,6 +34,9 @@ pub struct DiagnosisReport {
     events: Vec<ReportedEvent>,
     judged: Vec<String>,
     limits: Vec<String>,
+    /// Any jump could be judged.
+    #[serde(skip)]
+    is_judged: bool,
 }
 
 impl ReportedEvent {
@@ -78,6 +81,7 @@ impl DiagnosisReport {
             events: diagnosed.iter().flat_map(events).collect(),
             judged: sentences(|file| &file.conclusion.judged),
             limits: sentences(|file| &file.conclusion.limits),
+            is_judged: diagnosed.iter().any(Diagnosed::is_judged),
         }
     }
 }
@@ -112,7 +116,7 @@ impl fmt::Display for DiagnosisReport {
         }
         if self.judged.is_empty() {
             text += "nothing could be judged: no row holds a position\n";
-        } else if self.events.is_empty() {
+        } else if self.events.is_empty() && self.is_judged {
             text += "no step change\n";
         }
         // As the picture and the page number them.

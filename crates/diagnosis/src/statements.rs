@@ -9,6 +9,8 @@ texts! {
     fn half_line(line: &str) = "a half line at the end is left out: {line}";
     fn rows(position: u8, rows: u64, positions: u64, period_ns: Duration) =
         "position {position}: {rows} rows, {positions} of them positions, {period_ns} apart";
+    fn rows_only(position: u8, rows: u64, positions: u64) =
+        "position {position}: number of rows {rows}, of positions {positions}";
     fn given(position: u8, positions: i64) = "position {position}: {positions} positions, as given";
     fn given_until(position: u8, positions: i64, line: u64) =
         "position {position}: {positions} positions, as given, up to line {line}, where a data check made another scaling active";
@@ -31,6 +33,11 @@ texts! {
     fn beyond_given(position: u8, positions: i64, last: i64, rows: u64, first: i64, line: u64) =
         "position {position}: {positions} positions are given, 0 to {last}, and {rows} rows have others, the first \
          {first} at line {line}: these are wrong, or another scaling was active";
+    fn beyond_word(position: u8, last: u32, rows: u64, first: i64, line: u64) =
+        "position {position}: no encoder shows positions outside 0 to {last}, and {rows} rows have others, the first \
+         {first} at line {line}: these are wrong, or all are scaled by something else";
+    fn scaled(position: u8) =
+        "position {position}: S was not looked for: some positions are none that an encoder shows";
     fn known_missed(position: u8, steps: i64, time_ns: Duration) =
         "position {position}: the known place {steps} at {time_ns} was not compared: no row is near that time";
     fn other_end(position: u8, positions: i64, times: usize, seen: i64) =

@@ -60,7 +60,11 @@ impl Tally {
         let Told { position, axis, ends, .. } = *beside;
         let period = Duration(self.period_ns.unsigned_abs());
         let told = &mut conclusion.judged;
-        told.push(statements::rows(position, self.rows, self.positions, period));
+        told.push(match self.positions {
+            0 | 1 => statements::rows_only(position, self.rows, self.positions),
+            _ => statements::rows(position, self.rows, self.positions, period),
+        });
+        conclusion.is_judged |= self.positions > 2 && !self.is_lost;
         let limits = &mut conclusion.limits;
         limits.extend(beside.stops.limit(position, beside.services));
         if self.positions < 3 {
@@ -85,6 +89,7 @@ impl Tally {
         );
         told.push(match (axis.is_circle_known, ends.times) {
             (true, _) => statements::given(position, positions),
+            (false, 0) if beside.given.is_beyond_word() => statements::scaled(position),
             (false, 0) => statements::no_end(position, ends.most),
             (false, times) => statements::ends(position, positions, times),
         });

@@ -265,3 +265,55 @@ fn a_service_that_changes_nothing_is_no_cause() {
         }
     }
 }
+
+/// What is concluded of numbers that came each 10 ms.
+fn of_numbers(options: Options, numbers: impl IntoIterator<Item = i64>) -> Conclusion {
+    let mut detector = Detector::new(options);
+    for (k, number) in (0_u64..).zip(numbers) {
+        let reading = Sighting::Steps(number);
+        detector.sample(Sample { line: k + 2, time_ns: k * 10_000_000, position: 0, out: None, reading });
+    }
+    detector.finish()
+}
+
+fn says(said: &[encoring_texts::Said], told: &str) -> bool {
+    said.iter().any(|said| said.to_string().contains(told))
+}
+
+#[test]
+fn numbers_that_no_encoder_shows_are_told_with_their_line_and_give_no_measuring_length() {
+    let even = |k: i64| 5 * k;
+    for (other, at) in [(99_999_999_999, 150), (16_777_216, 299), (-1, 0)] {
+        let conclusion =
+            of_numbers(Options::default(), (0..300).map(|k| if k == at { other } else { even(k) }));
+        let told =
+            format!("outside 0 to 16777215, and 1 rows have others, the first {other} at line {}", at + 2);
+        assert!(says(&conclusion.limits, &told), "{:?}", conclusion.limits);
+        assert!(says(&conclusion.judged, "S was not looked for"), "{:?}", conclusion.judged);
+    }
+    let below = of_numbers(Options::default(), (0..300).map(|k| even(k) - 500));
+    assert!(says(&below.limits, "and 100 rows have others, the first -500 at line 2"), "{:?}", below.limits);
+    let all = of_numbers(Options::default(), (0..300).map(|k| 16_775_720 + even(k)));
+    assert!(!says(&all.limits, "no encoder shows"), "{:?}", all.limits);
+    assert!(says(&all.judged, "S is at least 16777215"), "{:?}", all.judged);
+}
+
+#[test]
+fn too_few_positions_and_positions_that_can_be_anywhere_are_not_judged() {
+    for rows in 0..3 {
+        let few = of_numbers(Options::default(), 0..rows);
+        assert!(!few.is_judged && !says(&few.judged, "1 ns"), "{rows}: {:?}", few.judged);
+    }
+    assert!(of_numbers(Options::default(), 0..3).is_judged);
+    let options = Options { measuring_length: Some(9_999), ..Options::default() };
+    let mut chance = 7_u64;
+    let anywhere = of_numbers(
+        options,
+        (0..300).map(|_| {
+            chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (chance >> 33) as i64 % 10_000
+        }),
+    );
+    assert!(!anywhere.is_judged && says(&anywhere.limits, "no jump can be judged"), "{:?}", anywhere.limits);
+    assert!(anywhere.episodes.iter().all(|episode| !says(&episode.evidence, "the same speed")));
+}

@@ -220,6 +220,7 @@ impl Window {
         for (rows, mut judged) in finds {
             if is_lost && judged.cause == JumpCause::Wrap {
                 judged.certainty = Likelihood::Possible;
+                judged.evidence = vec![evidence::shorter_way(circle.positions)];
             }
             self.ledger.tell(&self.rows, &self.services, rows, judged);
         }
@@ -233,8 +234,10 @@ impl Window {
             return false;
         }
         let pace = Pace { fast_ns: self.fast_ns(), steps_per_s: self.axis.limit() };
-        let Some(Quiet { period_ns, most, has_moved }) = quiet::of(&self.rows, pace) else { return false };
-        let is_within = !self.axis.is_circle_known || most < self.axis.circle.positions;
+        let Some(Quiet { period_ns, least, most, has_moved }) = quiet::of(&self.rows, pace) else {
+            return false;
+        };
+        let is_within = self.given.has(&(least..most + 1));
         if is_within {
             self.ends.most = self.ends.most.max(most);
             self.tally.look_at_quiet(range.len() as u64, period_ns, has_moved);

@@ -110,6 +110,7 @@ fn whatever_a_text_holds_the_page_has_no_script_and_no_element_of_its_own() {
     for hostile in ["<script>alert(1)</script>", "\" onload=\"x", "</style><b>", "<!--", "&lt;", "a & b"] {
         let conclusion = Conclusion {
             episodes: vec![episode(2, hostile)],
+            is_judged: true,
             judged: vec![said(hostile)],
             limits: vec![said(hostile)],
         };

@@ -7,6 +7,7 @@ use clap::Args;
 use encoring_diagnosis::{ActiveValues, Detector, KnownPlace, Options};
 use encoring_station::NamedEncoder;
 use encoring_words::model::SensorKind;
+use encoring_words::word::DATA_MAX;
 use encoring_words::{Duration, Model, Parameter, ParameterSet};
 use encoring_workshop::ParameterFile;
 
@@ -29,10 +30,10 @@ pub(super) struct AboutArguments {
     #[arg(long, value_name = "MM", value_parser = arguments::millimetres)]
     rod_mm: Option<u32>,
     /// Highest speed of the shaft in turns a minute [default: that of the data sheet]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = arguments::whole::<NonZeroU32>(1..=DATA_MAX))]
     max_rpm: Option<NonZeroU32>,
     /// Highest speed of the magnet in mm/s
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = arguments::whole::<NonZeroU32>(1..=DATA_MAX))]
     max_mm_s: Option<NonZeroU32>,
     /// True position at a time of the recording, as "12:03:04 = 1500" or "90s = 1500"; may be given several times
     #[arg(long, value_name = "TIME = STEPS", value_parser = known)]

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::Path;
 
-use encoring_files::{Existing, Replacement};
+use encoring_files::{Existing, Replacement, folder};
 
 use super::{Failure, bad_input};
 
@@ -17,6 +17,9 @@ pub(crate) fn check_new_file(option: &str, file: &Path, existing: Existing) -> R
             refused("it is there already; name a new one, or give --overwrite")
         }
         Err(cause) if cause.kind() != io::ErrorKind::NotFound => refused(&cause.to_string()),
+        _ if !folder(file).is_dir() => {
+            refused(&format!("there is no folder {}; make it, or name another", folder(file).display()))
+        }
         _ => Ok(()),
     }
 }

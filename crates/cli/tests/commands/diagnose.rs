@@ -337,6 +337,18 @@ fn what_cannot_be_read_is_refused_with_line_and_column() {
     refused(&["diagnose", "-"], b"time_us,in\n2000,00000064\n1000,00000065\n", begins);
     let Run { code, out, .. } = encoring(&["diagnose", "-"], b"time_us,in\n");
     assert_eq!((code, out.starts_with("nothing could be judged")), (Some(3), true), "{out}");
+    let Run { code, out, .. } = encoring(&["diagnose", "-"], b"time_us,in\n0,00000064\n");
+    assert_eq!(code, Some(3), "{out}");
+    assert!(out.contains("nothing can be judged") && !out.contains("no step change"), "{out}");
+    let rows = b"time_us,in\n0,00000064\n".as_slice();
+    for speed in ["--max-rpm", "--max-mm-s"] {
+        let Run { code, err, .. } = encoring(&["diagnose", "-", speed, "0"], rows);
+        assert_eq!((code, err.contains("0 is below 1; give 1 to 16777215")), (Some(2), true), "{err}");
+    }
+    for file in ["--report", "--plot"] {
+        let Run { code, err, .. } = encoring(&["diagnose", "-", file, "no/such/folder/x"], rows);
+        assert_eq!((code, err.contains("there is no folder no/such/folder")), (Some(2), true), "{err}");
+    }
 }
 
 #[test]
