@@ -50,6 +50,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
                 let path = path.display();
                 return Err(bad_input(format!("{path}: no value in [parameters], so nothing to program")));
             }
+            file.may_be_written(path, kept).map_err(bad_input)?;
             Some(kept.clone())
         }
         (None, Some(_)) => None,

@@ -63,6 +63,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<Answer, Failure> {
         return compare_ring(arguments, &name, &file);
     }
     let kept = file.at(how.encoder.at).map_err(|problem| bad_input(format!("{name}: {problem}")))?;
+    if arguments.as_model.is_none() {
+        file.may_be_written(&arguments.file, kept).map_err(bad_input)?;
+    }
     let restoring = Restoring::new(arguments, &name, kept)?;
     let (mut opened, target) = restoring.how.open("restore")?;
     let told = restoring.restored(&mut opened, target);

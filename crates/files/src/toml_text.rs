@@ -26,8 +26,19 @@ pub fn parse<T: DeserializeOwned>(text: &str) -> Result<T, Misfit> {
             Some(span) => Some(line_at(text, span.start)),
             None => first_line_with(text, cause.message()),
         };
-        Misfit { line, problem: cause.message().replace('\n', "; ") }
+        Misfit { line, problem: plain(cause.message()) }
     })
+}
+
+/// What the parser says, in one line and without its inner types.
+fn plain(message: &str) -> String {
+    let number = message.strip_prefix("invalid type: integer `").and_then(|rest| rest.split_once("` as "));
+    match number {
+        Some((number, _)) => {
+            format!("{number} is outside {}..{}, the whole numbers of a file", i64::MIN, i64::MAX)
+        }
+        None => message.replace('\n', "; "),
+    }
 }
 
 /// Refuses a text that ends right behind a number or a bare word of its last line: if it was cut there, what is left of a
@@ -243,6 +254,17 @@ at_s = 4
 
     fn line(wrong: Wrong) -> Option<usize> {
         wrong.in_text(TEXT).line
+    }
+
+    #[test]
+    fn a_number_that_is_too_large_is_told_with_its_line_and_the_limits() {
+        for number in ["99999999999999999999", "-99999999999999999999"] {
+            let misfit = parse::<toml::Table>(&format!("a = 1\nb = {number}\n")).unwrap_err();
+            let told = format!(
+                "{number} is outside -9223372036854775808..9223372036854775807, the whole numbers of a file"
+            );
+            assert_eq!(misfit, Misfit { line: Some(2), problem: told });
+        }
     }
 
     #[test]

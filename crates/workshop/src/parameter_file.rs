@@ -22,6 +22,8 @@ use std::path::Path;
 
 use encoring_files::toml_text::{self, Misfit, Wrong};
 use encoring_files::{Replacement, read_text};
+use encoring_host::request::Request;
+use encoring_words::Parameter;
 use serde::Deserialize;
 
 use crate::comments;
@@ -179,6 +181,26 @@ impl ParameterFile {
         })
     }
 
+    /// Refuses values of an encoder that it keeps, shows an error for, and that no service may write; `path` is where the file
+    /// was read.
+    ///
+    /// # Errors
+    /// [`ParameterFileError`] naming the place.
+    pub fn may_be_written(&self, path: &Path, kept: &KeptEncoder) -> Result<(), ParameterFileError> {
+        let refused = |(parameter, value): &(Parameter, u32)| {
+            let refused = Request::write(kept.model, *parameter, *value).err()?;
+            Some(Wrong::at(parameter.key(), refused.to_string()).inside("parameters"))
+        };
+        let Some(wrong) = kept.values.iter().find_map(refused) else { return Ok(()) };
+        let text = read_text(path, FILE_BYTES_MAX).unwrap_or_default();
+        let place = self.encoders.iter().position(|other| other == kept).unwrap_or_default();
+        let Misfit { line, problem } = match self.encoders.len() {
+            1 => wrong.in_text(&text),
+            _ => wrong.inside_item(place).inside("encoder").in_text(&text),
+        };
+        Err(ParameterFileError { file: path.display().to_string(), line, problem })
+    }
+
     /// The file's text.
     #[must_use]
     pub fn text(&self) -> String {
@@ -261,7 +283,7 @@ mod tests {
     use crate::kept::{TakenFrom, UnitLabel};
     use crate::mark::MachineMark;
     use crate::values::parameters_of;
-    use encoring_words::{Model, Parameter, word};
+    use encoring_words::{Model, word};
     use proptest::prelude::*;
     use std::fs;
 
@@ -592,6 +614,27 @@ mod tests {
             refusal(&format!("{head}[parameters]\nnumerator = 1\nnumerator = 2\n"))
                 .contains("line 5: duplicate key")
         );
+    }
+
+    #[test]
+    fn a_value_that_an_encoder_keeps_and_no_service_may_write_is_refused_with_its_line() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("p.toml");
+        let head = "version = 1\nmodel = \"ce-65-m\"\n[parameters]\n";
+        let of = |text: &str| {
+            fs::write(&path, text).unwrap();
+            let file = ParameterFile::read(&path).unwrap();
+            let last = file.encoders.last().unwrap();
+            file.may_be_written(&path, last).map_err(|refused| refused.to_string())
+        };
+        assert_eq!(of(&format!("{head}numerator = 1\n")), Ok(()));
+        let told = "revolutions numerator: 0 is outside 1..65535";
+        let refused = of(&format!("{head}denominator = 1\nnumerator = 0\n")).unwrap_err();
+        assert_eq!(refused, format!("{} line 5: {told}", path.display()));
+        let encoder = "[[encoder]]\nmodel = \"ce-65-m\"\n[encoder.parameters]\nnumerator = 1\n";
+        let second = encoder.replace("= 1", "= 0");
+        let refused = of(&format!("version = 1\nencoders = 2\n{encoder}{second}")).unwrap_err();
+        assert_eq!(refused, format!("{} line 10: {told}", path.display()));
     }
 
     proptest! {
