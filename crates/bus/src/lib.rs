@@ -38,6 +38,6 @@ pub use bus::{Answered, Bus, BusError, Cause, ClientError, Cycle, Link, LinkEven
 pub use history::RingNews;
 pub use image::{ClientWrite, SharedImage};
 pub use judge::{Blind, Insight, Judge, Judgement, Ring, Tolerance};
-pub use master::{Behind, EncoderMaster, LeftBit, MasterError};
+pub use master::{Behind, Cure, EncoderMaster, LeftBit, MasterError};
 pub use referees::Referees;
 pub use watch::Watch;

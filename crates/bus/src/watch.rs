@@ -15,6 +15,7 @@ use encoring_words::{Duration, InWord, Instant, OutWord};
 use crate::bus::{Answered, Bus, BusError, Cause, LinkEvent};
 use crate::history::{RingHistory, RingNews, ring_at};
 use crate::judge::{Insight, Judge, Judgement};
+use crate::master::Cure;
 use crate::misread::{Misread, can_be_sent};
 use crate::referees::Referees;
 
@@ -300,10 +301,10 @@ impl<'a, B: Bus + ?Sized> Watch<'a, B> {
         Misread::of(word).filter(|_| self.poll.at.since(at) < DOUBTED_FOR)
     }
 
-    /// What to change so that words are read in this way; see [`Bus::cure`].
+    /// How words that no encoder sends are an encoder's, and what to change so that they are read in this way.
     #[must_use]
-    pub fn cure(&self, way: Misread) -> Option<String> {
-        self.bus.cure(way)
+    pub fn cure(&self, way: Misread) -> Cure {
+        Cure::by(self.bus, way, "an encoder's")
     }
 
     /// Waits for the next poll and makes it. `None` when it is to end.

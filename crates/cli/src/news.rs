@@ -5,7 +5,7 @@ use std::time::{Duration as Real, SystemTime};
 
 use encoring_bus::misread::Misread;
 use encoring_bus::watch::{Poll, Watch};
-use encoring_bus::{Bus, Link, RingNews};
+use encoring_bus::{Bus, Cure, Link, RingNews};
 use encoring_diagnosis::FoundView;
 use encoring_host::referee::Vantage;
 use encoring_host::validity::Stop;
@@ -76,7 +76,7 @@ impl TurnedRound {
         });
         let new: Vec<_> = ways.filter(|known| !self.0.contains(known)).collect();
         self.0.extend(&new);
-        let told = |(position, way)| News::of_turned_round(position, way, watch.cure(way), at, calendar);
+        let told = |(position, way)| News::of_turned_round(position, &watch.cure(way), at, calendar);
         new.into_iter().map(told).collect()
     }
 }
@@ -200,15 +200,8 @@ impl News {
     }
 
     /// Of words that no encoder sends, and that are one's if they are read in another way.
-    fn of_turned_round(
-        position: usize,
-        way: Misread,
-        cure: Option<String>,
-        at: Instant,
-        calendar: &Calendar,
-    ) -> Self {
-        let cure = cure.map(|cure| format!(". What cures it: {cure}")).unwrap_or_default();
-        let text = format!("IN is nobody's as it comes; with {} it is an encoder's{cure}", way.name());
+    fn of_turned_round(position: usize, cure: &Cure, at: Instant, calendar: &Calendar) -> Self {
+        let text = format!("IN is nobody's as it comes{cure}");
         Self { position: Some(position), ..Self::of_ring("misread", at, calendar, &text) }
     }
 

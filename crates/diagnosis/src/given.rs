@@ -7,11 +7,9 @@ use encoring_words::word::DATA_MAX;
 
 use crate::axis::Axis;
 use crate::curve::Point;
+use crate::round::WORD;
 use crate::row::Row;
 use crate::statements;
-
-/// Positions of a word.
-const WORD: i64 = DATA_MAX as i64 + 1;
 
 /// The number of positions that is given, or that a word can hold, and what was seen outside them.
 #[derive(Clone, Copy, Debug)]

@@ -17,7 +17,7 @@ const BEYOND: usize = 4;
 /// Positions of which only the low half was kept.
 const HALF: i64 = 1 << 16;
 /// Positions of a word.
-const WORD: i64 = 1 << 24;
+pub(crate) const WORD: i64 = 1 << 24;
 
 /// How many positions there are, as jumps from one end to the other show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -118,17 +118,12 @@ impl Cure {
 
     /// For words whose way to the ring is this.
     pub(super) fn of_writes<B: Bus + ?Sized>(bus: &B, way: Misread) -> Self {
-        let cure = bus.cure_of_writes(way).map(|cure| format!(". What cures it: {cure}"));
-        Self(cure.unwrap_or_default())
+        Self(told(bus.cure_of_writes(way)))
     }
 
     /// For a word that is this if it is read so.
     pub fn by<B: Bus + ?Sized>(bus: &B, misread: Misread, is: impl std::fmt::Display) -> Self {
-        let read = format!("; with {} it is {is}", misread.name());
-        Self(match bus.cure(misread) {
-            Some(cure) => format!("{read}. What cures it: {cure}"),
-            None => read,
-        })
+        Self(format!("; with {} it is {is}{}", misread.name(), told(bus.cure(misread))))
     }
 }
 
@@ -136,6 +131,11 @@ impl std::fmt::Display for Cure {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.0)
     }
+}
+
+/// What to change, if that can be told, as the end of a sentence.
+fn told(cure: Option<String>) -> String {
+    cure.map(|cure| format!(". What cures it: {cure}")).unwrap_or_default()
 }
 
 fn not_prepared(behind: &Behind, word: OutWord) -> String {
